@@ -1,0 +1,5 @@
+#![no_std]
+#![forbid(unsafe_code)]
+//! Placeholder.
+mod actuator;
+pub use actuator::DefaultInput;
