@@ -1,2 +1,70 @@
-//! Project tasks.
-fn main() {}
+//! The project's tasks, run as `cargo xtask <task>`.
+//!
+//! `demo` shows what the project does, `test` is every check there is, `firmware` and `size` deal with the image for the
+//! reference board. Whatever cross-building and emulation need is looked for first, and set up from distribution
+//! packages where that is possible; otherwise a task stops and says what to run. Nothing is skipped silently.
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+use crate::workspace::Workspace;
+
+mod checks;
+mod demo;
+mod distribution;
+mod firmware;
+mod packages;
+mod process;
+mod qemu;
+mod size;
+mod sysroot;
+mod toolchain;
+mod workspace;
+
+/// What went wrong, in words for whoever typed the command.
+pub(crate) type Result<T, E = Box<dyn std::error::Error>> = std::result::Result<T, E>;
+
+/// Tasks of the slqg project.
+#[derive(Parser)]
+#[command(name = "cargo xtask", bin_name = "cargo xtask")]
+struct Cli {
+    #[command(subcommand)]
+    task: Task,
+}
+
+#[derive(Subcommand)]
+enum Task {
+    /// Report on the example pendulum, simulate it over a lossy link, and say where the plots are
+    Demo,
+    /// Run every check: format, lints, documentation, tests, cross build, board against host
+    Test,
+    /// Build the images for the reference board, an Arm MPS2 with a Cortex-M4F
+    Firmware {
+        /// Also run them in QEMU, and compare with the same loop on the host
+        #[arg(long)]
+        run: bool,
+    },
+    /// Build the images for the reference board and show how much memory they take
+    Size,
+}
+
+fn main() -> ExitCode {
+    match perform(&Cli::parse().task) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn perform(task: &Task) -> Result<()> {
+    let workspace = Workspace::find()?;
+    match task {
+        Task::Demo => demo::demo(&workspace),
+        Task::Test => checks::test(&workspace),
+        Task::Firmware { run } => firmware::firmware(&workspace, *run),
+        Task::Size => size::size(&workspace),
+    }
+}

@@ -1,5 +1,46 @@
 #![no_std]
 #![forbid(unsafe_code)]
-//! Placeholder.
-mod actuator;
+//! Sequence-based LQG control over links that lose and delay packets.
+//!
+//! The controller sends *sequences* of future inputs; the actuator buffers the newest sequence and plays it
+//! out through losses. This crate is everything that runs on a device, and the simulator runs exactly this
+//! code: no heap, no unsafe code, no panic on any bytes that come over the wire, the same bits in `f32` on a
+//! workstation and on a Cortex-M.
+//!
+//! The rooms, from the outside in:
+//!
+//! | room | what lives there |
+//! |---|---|
+//! | [`wire`] | frames as bytes: measurement, control, acknowledgement |
+//! | [`controller`] | one control cycle: frames in, control frame out |
+//! | [`actuator`] | buffer, past-packet rejection, default input, saturation, acknowledgement |
+//! | [`estimator`] | Kalman filter that takes measurements late and out of order |
+//! | [`gains`] | the optimal gains as constant data, and the control law |
+//! | [`in_flight`] | what was sent and may still be applied |
+//! | [`sequence`], [`tick`], [`scalar`] | a control sequence, the only clock there is, `f32` and `f64` |
+//! | [`arrival`] | what a delay distribution says about packets under way |
+//! | [`synthesis`] | the recursion that computes the gains, for the generator and for the device itself |
+//!
+//! Immutable configuration ([`gains::Gains`], [`estimator::Model`], [`actuator::Settings`]) and mutable state
+//! ([`controller::Controller`], [`estimator::Kalman`], [`actuator::Actuator`]) are separate types.
+//! Dimensions are const generics: `NX` states, `NU` inputs, `NY` outputs; `N` is the *capacity* of a
+//! sequence (its length is data), `H` the number of cycles the estimator remembers.
+
+pub mod actuator;
+pub mod arrival;
+pub mod controller;
+pub mod estimator;
+pub mod gains;
+pub mod in_flight;
+pub mod scalar;
+pub mod sequence;
+pub mod synthesis;
+pub mod tick;
+pub mod wire;
+
 pub use actuator::DefaultInput;
+pub use scalar::Scalar;
+pub use tick::Tick;
+
+/// The linear algebra whose static types appear in this crate's interfaces.
+pub use nalgebra;

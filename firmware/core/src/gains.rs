@@ -1,0 +1,239 @@
+//! `Gains`: the optimal control law as constant data, checked at compile time.
+//!
+//! The law itself is here too. Where gains come from is [`crate::synthesis`]; what they multiply is
+//! [`crate::estimator`]'s state and [`crate::in_flight`]'s expected inputs.
+
+use crate::{DefaultInput, Scalar, arrival};
+use heapless::Vec;
+use nalgebra::SVector;
+
+/// Steady-state gains `U = Lx xhat + M vbar`, THEORY 3; equal to thesis (3.30) for every mode.
+///
+/// All tables are row-major. Build them with [`Gains::new`], in a `const` where they are known at compile
+/// time: tables of a wrong length then do not compile.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Gains<'a, T, const NX: usize, const NU: usize> {
+    length: usize,
+    default_input: DefaultInput,
+    lx: &'a [T],
+    m: &'a [T],
+    arrival: &'a [T],
+}
+
+/// The three tables of a control law, row-major.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Tables<'a, T> {
+    /// `Lx`, `(N nu) x nx`: what the state contributes to each input of the sequence.
+    pub lx: &'a [T],
+    /// `M`, `(N nu) x (n_v nu)`: what the expected in-flight inputs contribute.
+    pub m: &'a [T],
+    /// `r(b, m)`, `N (N-1) / 2` conditional arrival probabilities in the order of [`arrival::table_index`].
+    pub arrival: &'a [T],
+}
+
+/// Why tables are not gains.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum InvalidGains {
+    /// The sequence length is zero.
+    NoInputs,
+    /// `lx` does not have `N nu nx` entries.
+    StateGainLength,
+    /// `m` does not have `N nu n_v nu` entries.
+    InFlightGainLength,
+    /// `arrival` does not have `N (N-1) / 2` entries.
+    ArrivalLength,
+    /// A gain is not finite.
+    NotFinite,
+    /// An arrival probability is not within 0..=1.
+    NotAProbability,
+}
+
+impl core::fmt::Display for InvalidGains {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(match self {
+            Self::NoInputs => "the sequence length is zero",
+            Self::StateGainLength => "lx must have length x inputs x states entries",
+            Self::InFlightGainLength => "m must have length x inputs x in-flight inputs entries",
+            Self::ArrivalLength => "arrival must have length x (length - 1) / 2 entries",
+            Self::NotFinite => "a gain is not finite",
+            Self::NotAProbability => "an arrival probability is not within 0..=1",
+        })
+    }
+}
+
+impl core::error::Error for InvalidGains {}
+
+/// Constructors for one scalar type: floating-point comparisons in `const` need a concrete type.
+macro_rules! checked_construction {
+    ($scalar:ty) => {
+        impl<'a, const NX: usize, const NU: usize> Gains<'a, $scalar, NX, NU> {
+            /// Gains for sequences of `length` inputs, or why the tables are none.
+            pub const fn check(
+                length: usize,
+                default_input: DefaultInput,
+                tables: Tables<'a, $scalar>,
+            ) -> Result<Self, InvalidGains> {
+                let Tables { lx, m, arrival } = tables;
+                if length == 0 {
+                    return Err(InvalidGains::NoInputs);
+                }
+                if lx.len() != length * NU * NX {
+                    return Err(InvalidGains::StateGainLength);
+                }
+                if m.len() != length * NU * default_input.in_flight(length) * NU {
+                    return Err(InvalidGains::InFlightGainLength);
+                }
+                if arrival.len() != arrival::table_len(length) {
+                    return Err(InvalidGains::ArrivalLength);
+                }
+                if !all_within(lx, <$scalar>::MIN, <$scalar>::MAX)
+                    || !all_within(m, <$scalar>::MIN, <$scalar>::MAX)
+                {
+                    return Err(InvalidGains::NotFinite);
+                }
+                if !all_within(arrival, 0.0, 1.0) {
+                    return Err(InvalidGains::NotAProbability);
+                }
+                return Ok(Self { length, default_input, lx, m, arrival });
+
+                const fn all_within(values: &[$scalar], low: $scalar, high: $scalar) -> bool {
+                    let mut i = 0;
+                    while i < values.len() {
+                        // Written so that NaN is outside.
+                        if !(values[i] >= low && values[i] <= high) {
+                            return false;
+                        }
+                        i += 1;
+                    }
+                    true
+                }
+            }
+
+            /// Gains for sequences of `length` inputs, from constant tables.
+            ///
+            /// # Panics
+            /// On tables that [`Gains::check`] refuses. Meant for `const` items, where that is a compile error.
+            pub const fn new(
+                length: usize,
+                default_input: DefaultInput,
+                tables: Tables<'a, $scalar>,
+            ) -> Self {
+                match Self::check(length, default_input, tables) {
+                    Ok(gains) => gains,
+                    Err(InvalidGains::NoInputs) => panic!("the sequence length is zero"),
+                    Err(InvalidGains::StateGainLength) => panic!("lx must have length * NU * NX entries"),
+                    Err(InvalidGains::InFlightGainLength) => {
+                        panic!("m must have length * NU * in_flight * NU entries")
+                    }
+                    Err(InvalidGains::ArrivalLength) => {
+                        panic!("arrival must have length * (length - 1) / 2 entries")
+                    }
+                    Err(InvalidGains::NotFinite) => panic!("a gain is not finite"),
+                    Err(InvalidGains::NotAProbability) => {
+                        panic!("an arrival probability is not within 0..=1")
+                    }
+                }
+            }
+        }
+    };
+}
+checked_construction!(f32);
+checked_construction!(f64);
+
+impl<T: Scalar, const NX: usize, const NU: usize> Gains<'_, T, NX, NU> {
+    /// Inputs per sequence, `N`.
+    pub const fn length(&self) -> usize {
+        self.length
+    }
+
+    /// What the actuator does when its buffer has run out; the gains are optimal for this choice only.
+    pub const fn default_input(&self) -> DefaultInput {
+        self.default_input
+    }
+
+    /// Expected in-flight inputs the law takes, `n_v`: `N-1` with zero default, `N` with hold.
+    pub const fn in_flight(&self) -> usize {
+        self.default_input.in_flight(self.length)
+    }
+
+    /// `r(b, m)`: probability that a packet of age `b >= 1` arrives by cycle `k+m`, given that it had not by `k-1`.
+    pub fn arrival(&self, b: usize, m: usize) -> T {
+        self.arrival[arrival::table_index(self.length, b, m)]
+    }
+
+    /// The control sequence `U = Lx xhat + M vbar`, one entry per cycle from the current one on.
+    ///
+    /// `posterior_mean`: estimate of the state given all that has arrived. `expected`: `vbar`, `n_v` inputs.
+    /// Holds the first `N` of `Gains::length` inputs if the capacity is smaller, which
+    /// [`crate::controller::Controller::new`] rules out.
+    pub fn sequence<const N: usize>(
+        &self,
+        posterior_mean: &SVector<T, NX>,
+        expected: &[SVector<T, NU>],
+    ) -> Vec<SVector<T, NU>, N> {
+        let in_flight = self.in_flight() * NU;
+        (0..self.length.min(N))
+            .map(|step| {
+                SVector::from_fn(|input, _| {
+                    let row = step * NU + input;
+                    let from_state = dot(&self.lx[row * NX..(row + 1) * NX], posterior_mean.iter());
+                    let from_sent = dot(
+                        &self.m[row * in_flight..(row + 1) * in_flight],
+                        expected.iter().flat_map(|input| input.iter()),
+                    );
+                    from_state + from_sent
+                })
+            })
+            .collect()
+    }
+}
+
+/// Sum of products in index order: the order is part of the promise that host and target agree to the bit.
+fn dot<'v, T: Scalar>(row: &[T], vector: impl Iterator<Item = &'v T>) -> T {
+    row.iter().zip(vector).fold(T::zero(), |sum, (gain, value)| sum + *gain * *value)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LAW: Gains<'static, f64, 2, 1> = Gains::<f64, 2, 1>::new(
+        2,
+        DefaultInput::Zero,
+        Tables { lx: &[1.0, 2.0, 3.0, 4.0], m: &[10.0, 20.0], arrival: &[0.5] },
+    );
+
+    #[test]
+    fn the_law_is_state_gain_plus_in_flight_gain() {
+        let sequence: Vec<_, 4> = LAW.sequence(&SVector::from([1.0, -1.0]), &[SVector::from([0.5])]);
+        assert_eq!(sequence.as_slice(), &[SVector::from([4.0]), SVector::from([9.0])]);
+    }
+
+    #[test]
+    fn tables_of_wrong_length_are_refused_by_name() {
+        let good = Tables { lx: &[0.0f32; 4], m: &[0.0f32; 2], arrival: &[0.5f32] };
+        let check = |length, tables| Gains::<f32, 2, 1>::check(length, DefaultInput::Zero, tables);
+        assert!(check(2, good).is_ok());
+        assert_eq!(check(0, good), Err(InvalidGains::NoInputs));
+        assert_eq!(check(2, Tables { lx: &[0.0; 3], ..good }), Err(InvalidGains::StateGainLength));
+        assert_eq!(check(2, Tables { m: &[0.0; 3], ..good }), Err(InvalidGains::InFlightGainLength));
+        assert_eq!(check(2, Tables { arrival: &[], ..good }), Err(InvalidGains::ArrivalLength));
+    }
+
+    #[test]
+    fn numbers_that_are_no_gains_or_no_probabilities_are_refused() {
+        let good = Tables { lx: &[0.0f32; 4], m: &[0.0f32; 2], arrival: &[0.5f32] };
+        let check = |tables| Gains::<f32, 2, 1>::check(2, DefaultInput::Zero, tables);
+        assert_eq!(check(Tables { lx: &[0.0, f32::NAN, 0.0, 0.0], ..good }), Err(InvalidGains::NotFinite));
+        assert_eq!(check(Tables { m: &[0.0, f32::INFINITY], ..good }), Err(InvalidGains::NotFinite));
+        assert_eq!(check(Tables { arrival: &[1.5], ..good }), Err(InvalidGains::NotAProbability));
+        assert_eq!(check(Tables { arrival: &[f32::NAN], ..good }), Err(InvalidGains::NotAProbability));
+    }
+
+    #[test]
+    fn hold_takes_one_more_in_flight_input_than_zero() {
+        let tables = Tables { lx: &[0.0f32; 4], m: &[0.0f32; 4], arrival: &[0.5f32] };
+        assert!(Gains::<f32, 2, 1>::check(2, DefaultInput::Hold, tables).is_ok());
+        assert!(Gains::<f32, 2, 1>::check(2, DefaultInput::Zero, tables).is_err());
+    }
+}

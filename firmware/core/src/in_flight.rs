@@ -1,0 +1,155 @@
+//! What was sent and may still be applied, and the input to expect from it.
+//!
+//! The thesis carries all of it as the vector rho (3.26) and needs one gain per actuator mode. Here it is
+//! condensed to `vbar`, the expected input in each coming cycle if nothing newer arrived (THEORY 3), which
+//! is all that the optimal law needs to know of the mode.
+
+use crate::{DefaultInput, Scalar, Tick, actuator::Age, gains::Gains, sequence::ControlSequence};
+use core::ops::{Add, Mul};
+use heapless::{Deque, Vec};
+use nalgebra::SVector;
+
+/// A law's view of sequences: how long they are, what follows their end, and how likely they still arrive.
+#[derive(Debug, Clone, Copy)]
+pub struct PlayOut<R> {
+    /// Inputs per sequence, `N`.
+    pub length: usize,
+    /// What the actuator applies when its buffer has run out.
+    pub default_input: DefaultInput,
+    /// `r(b, m)`: probability that a packet of age `b >= 1` arrives by `k+m`, given that it had not by `k-1`.
+    pub arrival: R,
+}
+
+impl<R> PlayOut<R> {
+    /// Fills `expected` with `vbar`: the expected input in cycle `k+m` if no packet sent at or after `k`
+    /// arrived by then, given that the actuator played `age` at `k-1`. THEORY 3.
+    ///
+    /// `sent(a, m)` is the input `u_{k+m|k-a}` of the packet sent `a >= 1` cycles ago (`a + m <= N-1`), `None`
+    /// if none was sent then; `last` the input applied at `k-1`. `B` is an input vector, or a plain scalar
+    /// where the weights themselves are wanted.
+    pub fn expected_inputs<T, B>(
+        &self,
+        age: Age,
+        sent: impl Fn(usize, usize) -> Option<B>,
+        last: B,
+        expected: &mut [B],
+    ) where
+        T: Scalar,
+        B: Copy + Add<Output = B> + Mul<T, Output = B>,
+        R: Fn(usize, usize) -> T,
+    {
+        let zero = last * T::zero();
+        let hold = self.default_input == DefaultInput::Hold;
+        let entry = |a: usize, m: usize| {
+            if a + m < self.length {
+                sent(a, m)
+            } else if hold {
+                sent(a, self.length - 1 - a)
+            } else {
+                sent(a, self.length - 1 - a).map(|_| zero)
+            }
+        };
+        let buffered = age.steps().map_or(self.length, |steps| steps + 1);
+        let run_out = if hold { last } else { zero };
+        for (m, value) in expected.iter_mut().enumerate() {
+            *value = if buffered < self.length { entry(buffered, m).unwrap_or(run_out) } else { run_out };
+        }
+        for b in (1..buffered.min(self.length)).rev() {
+            for (m, value) in expected.iter_mut().enumerate() {
+                if let Some(input) = entry(b, m) {
+                    let arrived = (self.arrival)(b, m);
+                    *value = input * arrived + *value * (T::one() - arrived);
+                }
+            }
+        }
+    }
+}
+
+/// The sequences sent in the last `N` cycles, and the input applied last.
+///
+/// `N` is the capacity of a sequence. One cycle is: [`InFlight::acknowledge`] what was played in the last
+/// cycle, [`InFlight::expected_inputs`], then [`InFlight::push`] what was sent (or that nothing was).
+#[derive(Debug, Clone)]
+pub struct InFlight<T: Scalar, const NU: usize, const N: usize> {
+    /// Newest first; `None` for a cycle in which nothing was sent.
+    sent: Deque<Option<ControlSequence<T, NU, N>>, N>,
+    last_input: SVector<T, NU>,
+    last_age: Age,
+}
+
+impl<T: Scalar, const NU: usize, const N: usize> Default for InFlight<T, NU, N> {
+    fn default() -> Self {
+        Self { sent: Deque::new(), last_input: SVector::zeros(), last_age: Age::Empty }
+    }
+}
+
+impl<T: Scalar, const NU: usize, const N: usize> InFlight<T, NU, N> {
+    /// Takes note of what was sent in this cycle; `None` if nothing was.
+    pub fn push(&mut self, sequence: Option<ControlSequence<T, NU, N>>) {
+        if self.sent.is_full() {
+            self.sent.pop_back();
+        }
+        // There is room: a full queue lost its oldest entry above.
+        let _ = self.sent.push_front(sequence);
+    }
+
+    /// The sequence sent `a >= 1` cycles before the current one, which is not pushed yet.
+    fn sent(&self, a: usize) -> Option<&ControlSequence<T, NU, N>> {
+        self.sent.iter().nth(a.checked_sub(1)?)?.as_ref()
+    }
+
+    /// The input that the actuator applied in cycle `tick` if its buffer had `age` then.
+    ///
+    /// `None` if no such sequence was sent, or too long ago to remember: an acknowledgement that claims it
+    /// deserves no belief. For [`Age::Empty`] with hold the input depends on the past; `held` is that of the
+    /// cycle before.
+    pub fn applied_input(
+        &self,
+        default_input: DefaultInput,
+        tick: Tick,
+        age: Age,
+        held: &SVector<T, NU>,
+    ) -> Option<SVector<T, NU>> {
+        match age {
+            Age::Steps(steps) => {
+                let made = tick - u32::from(steps);
+                let sequence = self.sent.iter().flatten().find(|sequence| sequence.tick == made)?;
+                sequence.input_at(tick).copied()
+            }
+            Age::Empty => Some(match default_input {
+                DefaultInput::Zero => SVector::zeros(),
+                DefaultInput::Hold => *held,
+            }),
+        }
+    }
+
+    /// Takes note of what the actuator played in the last cycle.
+    pub fn acknowledge(&mut self, age: Age, input: SVector<T, NU>) {
+        self.last_age = age;
+        self.last_input = input;
+    }
+
+    /// The age last acknowledged.
+    pub fn last_age(&self) -> Age {
+        self.last_age
+    }
+
+    /// The input last acknowledged, in input units.
+    pub fn last_input(&self) -> &SVector<T, NU> {
+        &self.last_input
+    }
+
+    /// `vbar`: the expected input in each of the next `n_v` cycles if nothing sent from now on arrived. THEORY 3.
+    pub fn expected_inputs<const NX: usize>(&self, gains: &Gains<'_, T, NX, NU>) -> Vec<SVector<T, NU>, N> {
+        let mut expected: Vec<SVector<T, NU>, N> =
+            (0..gains.in_flight().min(N)).map(|_| SVector::zeros()).collect();
+        let play_out = PlayOut {
+            length: gains.length(),
+            default_input: gains.default_input(),
+            arrival: |b, m| gains.arrival(b, m),
+        };
+        let sent = |a, m| self.sent(a).and_then(|sequence| sequence.inputs.get(a + m).copied());
+        play_out.expected_inputs(self.last_age, sent, self.last_input, &mut expected);
+        expected
+    }
+}

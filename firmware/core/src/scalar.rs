@@ -1,0 +1,46 @@
+//! The scalar types the core computes in: `f32` (the device's default) and `f64`.
+//!
+//! Only what differs between the two lives here; arithmetic is nalgebra's `RealField`.
+
+use nalgebra::RealField;
+use serde::{Serialize, de::DeserializeOwned};
+
+mod sealed {
+    pub trait Sealed {}
+    impl Sealed for f32 {}
+    impl Sealed for f64 {}
+}
+
+/// `f32` or `f64`.
+pub trait Scalar: RealField + Copy + Serialize + DeserializeOwned + sealed::Sealed {
+    /// Bytes of one value on the wire; also the tag that tells the two apart in a frame header.
+    const BYTES: u8;
+    /// The distance from 1 to the next larger value.
+    const EPSILON: Self;
+    /// The nearest value of this type.
+    fn nearest(value: f64) -> Self;
+    /// The same value; exact.
+    fn widen(self) -> f64;
+}
+
+impl Scalar for f32 {
+    const BYTES: u8 = 4;
+    const EPSILON: Self = f32::EPSILON;
+    fn nearest(value: f64) -> Self {
+        value as f32
+    }
+    fn widen(self) -> f64 {
+        f64::from(self)
+    }
+}
+
+impl Scalar for f64 {
+    const BYTES: u8 = 8;
+    const EPSILON: Self = f64::EPSILON;
+    fn nearest(value: f64) -> Self {
+        value
+    }
+    fn widen(self) -> f64 {
+        self
+    }
+}

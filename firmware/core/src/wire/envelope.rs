@@ -1,0 +1,111 @@
+//! Header and checksum around a payload; what payloads mean is in `payload`.
+
+use super::{DecodeError, EncodeError, VERSION};
+use crate::{Scalar, Tick};
+use crc::{CRC_32_ISCSI, Crc};
+use serde::{Deserialize, Serialize};
+
+const CHECKSUM: Crc<u32> = Crc::<u32>::new(&CRC_32_ISCSI);
+pub(super) const CHECKSUM_LEN: usize = 4;
+pub(super) const HEADER_LEN: usize = 7;
+
+/// What a frame is; the second byte on the wire.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Kind {
+    Measurement = 1,
+    Control = 2,
+    Acknowledgement = 3,
+}
+
+#[derive(Serialize, Deserialize)]
+struct Header {
+    version: u8,
+    kind: u8,
+    scalar_bytes: u8,
+    tick: Tick,
+}
+
+/// Writes a frame front to back into a caller's buffer.
+pub(super) struct Writer<'b> {
+    buffer: &'b mut [u8],
+    written: usize,
+}
+
+impl<'b> Writer<'b> {
+    pub(super) fn new<T: Scalar>(buffer: &'b mut [u8], kind: Kind, tick: Tick) -> Result<Self, EncodeError> {
+        let mut writer = Self { buffer, written: 0 };
+        writer.put(&Header { version: VERSION, kind: kind as u8, scalar_bytes: T::BYTES, tick })?;
+        Ok(writer)
+    }
+
+    pub(super) fn put<V: Serialize>(&mut self, value: &V) -> Result<(), EncodeError> {
+        let free = self.buffer.get_mut(self.written..).ok_or(EncodeError::BufferTooSmall)?;
+        let used = postcard::to_slice(value, free).map_err(|_| EncodeError::BufferTooSmall)?.len();
+        self.written += used;
+        Ok(())
+    }
+
+    pub(super) fn put_count(&mut self, count: usize) -> Result<(), EncodeError> {
+        self.put(&u8::try_from(count).map_err(|_| EncodeError::TooMany)?)
+    }
+
+    pub(super) fn seal(self) -> Result<&'b [u8], EncodeError> {
+        let end = self.written + CHECKSUM_LEN;
+        let frame = self.buffer.get_mut(..end).ok_or(EncodeError::BufferTooSmall)?;
+        let (content, checksum) = frame.split_at_mut(self.written);
+        checksum.copy_from_slice(&CHECKSUM.checksum(content).to_le_bytes());
+        Ok(frame)
+    }
+}
+
+/// Reads the payload of a frame whose checksum and header are right.
+pub(super) struct Reader<'f> {
+    rest: &'f [u8],
+}
+
+impl<'f> Reader<'f> {
+    pub(super) fn open<T: Scalar>(frame: &'f [u8], kind: Kind) -> Result<(Tick, Self), DecodeError> {
+        if frame.len() < HEADER_LEN + CHECKSUM_LEN {
+            return Err(DecodeError::TooShort);
+        }
+        let (content, checksum) = frame.split_last_chunk::<CHECKSUM_LEN>().ok_or(DecodeError::TooShort)?;
+        if CHECKSUM.checksum(content) != u32::from_le_bytes(*checksum) {
+            return Err(DecodeError::Checksum);
+        }
+        let mut reader = Self { rest: content };
+        let header: Header = reader.take()?;
+        if header.version != VERSION {
+            return Err(DecodeError::Version(header.version));
+        }
+        if header.kind != kind as u8 {
+            return Err(DecodeError::Kind(header.kind));
+        }
+        if header.scalar_bytes != T::BYTES {
+            return Err(DecodeError::Scalar(header.scalar_bytes));
+        }
+        Ok((header.tick, reader))
+    }
+
+    pub(super) fn take<V: Deserialize<'f>>(&mut self) -> Result<V, DecodeError> {
+        let (value, rest) = postcard::take_from_bytes(self.rest).map_err(|_| DecodeError::Length)?;
+        self.rest = rest;
+        Ok(value)
+    }
+
+    /// Takes a finite number.
+    pub(super) fn take_scalar<T: Scalar>(&mut self) -> Result<T, DecodeError> {
+        let value: T = self.take()?;
+        if value.is_finite() { Ok(value) } else { Err(DecodeError::NotFinite) }
+    }
+
+    /// Takes a one-byte dimension that must be `expected`.
+    pub(super) fn take_dimension(&mut self, expected: usize) -> Result<(), DecodeError> {
+        let found: u8 = self.take()?;
+        if usize::from(found) == expected { Ok(()) } else { Err(DecodeError::Dimension(found)) }
+    }
+
+    /// Succeeds when nothing is left.
+    pub(super) fn finish(self) -> Result<(), DecodeError> {
+        if self.rest.is_empty() { Ok(()) } else { Err(DecodeError::Length) }
+    }
+}

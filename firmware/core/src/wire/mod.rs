@@ -1,0 +1,104 @@
+//! Frames as bytes: measurement, control, acknowledgement.
+//!
+//! Version 1, little-endian throughout; `docs/wire-format.md` is the normative page.
+//!
+//! ```text
+//! byte 0      version, 1
+//! byte 1      kind: 1 measurement, 2 control, 3 acknowledgement
+//! byte 2      bytes per scalar: 4 (f32) or 8 (f64)
+//! bytes 3-6   tick the frame is about
+//! bytes 7-    payload
+//! last 4      CRC-32/ISCSI over everything before
+//! ```
+//!
+//! Nothing decoded is used before it is checked: checksum first, then version, kind, scalar, dimensions,
+//! length, and that every number is finite. Decoding never panics, whatever the bytes are. How frames are
+//! carried (UART, CAN, UDP) is not known here.
+
+mod envelope;
+mod payload;
+
+pub use payload::{
+    Acknowledgement, Measurement, decode_acknowledgement, decode_control, decode_measurement,
+    encode_acknowledgement, encode_control, encode_measurement,
+};
+
+/// Version of the frame layout, the first byte of every frame.
+pub const VERSION: u8 = 1;
+
+/// Bytes around a payload: header and checksum.
+pub const OVERHEAD: usize = envelope::HEADER_LEN + envelope::CHECKSUM_LEN;
+
+/// Bytes of an acknowledgement frame.
+pub const ACKNOWLEDGEMENT_LEN: usize = OVERHEAD + 1;
+
+/// Bytes of a measurement frame of `outputs` scalars of `scalar_bytes` each.
+pub const fn measurement_len(outputs: usize, scalar_bytes: u8) -> usize {
+    OVERHEAD + 1 + outputs * scalar_bytes as usize
+}
+
+/// Bytes of a control frame of `length` inputs of `inputs` scalars of `scalar_bytes` each.
+pub const fn control_len(inputs: usize, length: usize, scalar_bytes: u8) -> usize {
+    OVERHEAD + 2 + inputs * length * scalar_bytes as usize
+}
+
+/// Why bytes are not the frame that was expected.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum DecodeError {
+    /// Fewer bytes than header and checksum take.
+    TooShort,
+    /// The checksum does not fit: damaged on the way.
+    Checksum,
+    /// Made by another version of this format.
+    Version(u8),
+    /// Another kind of frame.
+    Kind(u8),
+    /// Numbers of another scalar type; holds the bytes per scalar found.
+    Scalar(u8),
+    /// Vectors of another dimension than the receiver's; holds the dimension found.
+    Dimension(u8),
+    /// More inputs than the receiver's capacity; holds the number found.
+    Capacity(u8),
+    /// The payload is shorter or longer than it says.
+    Length,
+    /// A number that is not finite.
+    NotFinite,
+}
+
+impl core::fmt::Display for DecodeError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            Self::TooShort => f.write_str("frame shorter than header and checksum"),
+            Self::Checksum => f.write_str("checksum does not fit"),
+            Self::Version(found) => write!(f, "frame version {found}, this receiver speaks {VERSION}"),
+            Self::Kind(found) => write!(f, "unexpected frame kind {found}"),
+            Self::Scalar(found) => write!(f, "{found} bytes per scalar, not what this receiver computes in"),
+            Self::Dimension(found) => write!(f, "vectors of dimension {found}, not this receiver's"),
+            Self::Capacity(found) => write!(f, "{found} inputs, more than this receiver's capacity"),
+            Self::Length => f.write_str("payload shorter or longer than it says"),
+            Self::NotFinite => f.write_str("a number that is not finite"),
+        }
+    }
+}
+
+impl core::error::Error for DecodeError {}
+
+/// Why a frame could not be written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum EncodeError {
+    /// The caller's buffer is shorter than the frame.
+    BufferTooSmall,
+    /// A dimension or a count does not fit the one byte it has on the wire.
+    TooMany,
+}
+
+impl core::fmt::Display for EncodeError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(match self {
+            Self::BufferTooSmall => "the buffer is shorter than the frame",
+            Self::TooMany => "more than 255 values of a kind",
+        })
+    }
+}
+
+impl core::error::Error for EncodeError {}

@@ -1,0 +1,137 @@
+//! The three payloads. Bytes 7 and on of a frame:
+//!
+//! ```text
+//! measurement       outputs (1 byte), then one scalar per output
+//! control           inputs (1 byte), length (1 byte), then the scalars of each input, cycle by cycle
+//! acknowledgement   age of the sequence that was played (1 byte), 255 for the default input
+//! ```
+
+use super::envelope::{Kind, Reader, Writer};
+use super::{DecodeError, EncodeError};
+use crate::{Scalar, Tick, actuator::Age, sequence::ControlSequence};
+use nalgebra::SVector;
+
+const DEFAULT_INPUT: u8 = u8::MAX;
+
+/// What a sensor measured in one cycle.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Measurement<T, const NY: usize> {
+    /// The cycle it was measured in.
+    pub tick: Tick,
+    /// The outputs, in output units.
+    pub output: SVector<T, NY>,
+}
+
+/// What an actuator played in one cycle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Acknowledgement {
+    /// The cycle it was played in.
+    pub tick: Tick,
+    /// Age of the sequence it came from.
+    pub age: Age,
+}
+
+/// Writes a measurement frame into `buffer` and returns its bytes, [`super::measurement_len`] of them.
+///
+/// # Errors
+/// If `buffer` is too small or there are more than 255 outputs.
+pub fn encode_measurement<'b, T: Scalar, const NY: usize>(
+    measurement: &Measurement<T, NY>,
+    buffer: &'b mut [u8],
+) -> Result<&'b [u8], EncodeError> {
+    let mut writer = Writer::new::<T>(buffer, Kind::Measurement, measurement.tick)?;
+    writer.put_count(NY)?;
+    for value in measurement.output.iter() {
+        writer.put(value)?;
+    }
+    writer.seal()
+}
+
+/// Reads a measurement frame; all its numbers are finite.
+///
+/// # Errors
+/// Says why the bytes are not a measurement of `NY` outputs.
+pub fn decode_measurement<T: Scalar, const NY: usize>(
+    frame: &[u8],
+) -> Result<Measurement<T, NY>, DecodeError> {
+    let (tick, mut reader) = Reader::open::<T>(frame, Kind::Measurement)?;
+    reader.take_dimension(NY)?;
+    let mut output = SVector::<T, NY>::zeros();
+    for value in output.iter_mut() {
+        *value = reader.take_scalar()?;
+    }
+    reader.finish()?;
+    Ok(Measurement { tick, output })
+}
+
+/// Writes a control frame into `buffer` and returns its bytes, [`super::control_len`] of them.
+///
+/// # Errors
+/// If `buffer` is too small or an input or the sequence has more than 255 entries.
+pub fn encode_control<'b, T: Scalar, const NU: usize, const N: usize>(
+    sequence: &ControlSequence<T, NU, N>,
+    buffer: &'b mut [u8],
+) -> Result<&'b [u8], EncodeError> {
+    let mut writer = Writer::new::<T>(buffer, Kind::Control, sequence.tick)?;
+    writer.put_count(NU)?;
+    writer.put_count(sequence.inputs.len())?;
+    for value in sequence.inputs.iter().flat_map(|input| input.iter()) {
+        writer.put(value)?;
+    }
+    writer.seal()
+}
+
+/// Reads a control frame of up to `N` inputs; all its numbers are finite.
+///
+/// # Errors
+/// Says why the bytes are not a sequence that fits.
+pub fn decode_control<T: Scalar, const NU: usize, const N: usize>(
+    frame: &[u8],
+) -> Result<ControlSequence<T, NU, N>, DecodeError> {
+    let (tick, mut reader) = Reader::open::<T>(frame, Kind::Control)?;
+    reader.take_dimension(NU)?;
+    let length: u8 = reader.take()?;
+    let mut sequence = ControlSequence { tick, inputs: heapless::Vec::new() };
+    for _ in 0..length {
+        let mut input = SVector::<T, NU>::zeros();
+        for value in input.iter_mut() {
+            *value = reader.take_scalar()?;
+        }
+        sequence.inputs.push(input).map_err(|_| DecodeError::Capacity(length))?;
+    }
+    reader.finish()?;
+    Ok(sequence)
+}
+
+/// Writes an acknowledgement frame into `buffer` and returns its bytes, [`super::ACKNOWLEDGEMENT_LEN`] of them.
+///
+/// `T` is the scalar type of the loop the frame belongs to.
+///
+/// # Errors
+/// If `buffer` is too small, or the age is 255, which stands for the default input on the wire.
+pub fn encode_acknowledgement<'b, T: Scalar>(
+    acknowledgement: &Acknowledgement,
+    buffer: &'b mut [u8],
+) -> Result<&'b [u8], EncodeError> {
+    let mut writer = Writer::new::<T>(buffer, Kind::Acknowledgement, acknowledgement.tick)?;
+    writer.put(&match acknowledgement.age {
+        Age::Steps(DEFAULT_INPUT) => return Err(EncodeError::TooMany),
+        Age::Steps(steps) => steps,
+        Age::Empty => DEFAULT_INPUT,
+    })?;
+    writer.seal()
+}
+
+/// Reads an acknowledgement frame.
+///
+/// # Errors
+/// Says why the bytes are not an acknowledgement.
+pub fn decode_acknowledgement<T: Scalar>(frame: &[u8]) -> Result<Acknowledgement, DecodeError> {
+    let (tick, mut reader) = Reader::open::<T>(frame, Kind::Acknowledgement)?;
+    let age = match reader.take()? {
+        DEFAULT_INPUT => Age::Empty,
+        steps => Age::Steps(steps),
+    };
+    reader.finish()?;
+    Ok(Acknowledgement { tick, age })
+}

@@ -1,0 +1,28 @@
+//! Linker set-up for the board: where memory is, and that cortex-m-rt's script lays out the image.
+//!
+//! It lives here rather than in a cargo configuration, so that host commands in the workspace stay plain.
+
+use std::env;
+use std::fs;
+use std::path::PathBuf;
+
+fn main() {
+    println!("cargo:rerun-if-changed=build.rs");
+    if env::var("CARGO_CFG_TARGET_OS").as_deref() == Ok("none") {
+        link_for_board();
+    }
+}
+
+/// Puts `memory.x` where the linker looks, and asks for cortex-m-rt's `link.x`, which includes it.
+fn link_for_board() {
+    let root = PathBuf::from(env::var_os("CARGO_MANIFEST_DIR").expect("cargo sets CARGO_MANIFEST_DIR"));
+    let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets OUT_DIR"));
+    let memory = root.join("../../memory.x");
+    fs::copy(&memory, out.join("memory.x"))
+        .unwrap_or_else(|error| panic!("cannot copy {}: {error}", memory.display()));
+    println!("cargo:rerun-if-changed={}", memory.display());
+    println!("cargo:rustc-link-search={}", out.display());
+    println!("cargo:rustc-link-arg-bins=-Tlink.x");
+    // Sections need not be page-aligned in flash.
+    println!("cargo:rustc-link-arg-bins=--nmagic");
+}

@@ -1,0 +1,96 @@
+//! `[controller]`: what is free to choose in the controller. Gains are not part of a design; they follow from it.
+
+use super::document::{Field, Section, counted};
+use super::{DelayDistribution, DesignError};
+use slqg::DefaultInput;
+
+/// Longest control sequence.
+const LONGEST_SEQUENCE: usize = 128;
+/// Longest measurement buffer.
+const LONGEST_BUFFER: usize = 1000;
+
+/// Settings of controller and actuator node.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ControllerSettings {
+    /// N: inputs in a control sequence, 1 to 128.
+    pub sequence_length: usize,
+    /// What the actuator applies when its buffer has run out.
+    pub default_input: DefaultInput,
+    /// N^B: a measurement up to this many steps old still enters the estimate, thesis (3.34).
+    pub measurement_buffer: usize,
+    /// Scalar type of the arithmetic on the device.
+    pub scalar: DeviceScalar,
+    /// (least, greatest) value the actuator can apply, one pair per input, in the input's unit; 0 lies within.
+    /// `None`: unlimited.
+    pub input_limits: Option<Vec<(f64, f64)>>,
+}
+
+/// Floating point type on the device.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum DeviceScalar {
+    /// Single precision.
+    F32,
+    /// Double precision.
+    F64,
+}
+
+impl ControllerSettings {
+    /// `inputs`: nu of the plant. `measurements`: the link whose largest delay sets the buffer if none is given.
+    pub(super) fn read(
+        root: &Section<'_>,
+        inputs: usize,
+        measurements: &DelayDistribution,
+    ) -> Result<Self, DesignError> {
+        let controller = root.required("controller", "a table with the key sequence_length")?.section(&[
+            "sequence_length",
+            "default_input",
+            "measurement_buffer",
+            "scalar",
+            "input_limits",
+        ])?;
+        let sequence_length = controller
+            .required("sequence_length", "a whole number of inputs from 1 to 128")?
+            .whole_number(1..=LONGEST_SEQUENCE)?;
+        let default_input = match controller.optional("default_input", "\"zero\" or \"hold\"") {
+            None => DefaultInput::Zero,
+            Some(field) => field.choice(&[("zero", DefaultInput::Zero), ("hold", DefaultInput::Hold)])?,
+        };
+        let buffer = "a whole number of steps from 0 to 1000";
+        let measurement_buffer = match controller.optional("measurement_buffer", buffer) {
+            None => measurements.largest_delay(),
+            Some(field) => field.whole_number(0..=LONGEST_BUFFER)?,
+        };
+        let scalar = match controller.optional("scalar", "\"f32\" or \"f64\"") {
+            None => DeviceScalar::F32,
+            Some(field) => field.choice(&[("f32", DeviceScalar::F32), ("f64", DeviceScalar::F64)])?,
+        };
+        let limits = "one pair [least, greatest] per input: [[-1, 1], ..]";
+        let input_limits = match controller.optional("input_limits", limits) {
+            None => None,
+            Some(field) => Some(limits_of(&field, inputs)?),
+        };
+        Ok(ControllerSettings { sequence_length, default_input, measurement_buffer, scalar, input_limits })
+    }
+}
+
+fn limits_of(field: &Field<'_>, inputs: usize) -> Result<Vec<(f64, f64)>, DesignError> {
+    let limits = field.matrix()?;
+    if limits.shape() != (inputs, 2) {
+        let (rows, columns) = limits.shape();
+        let found = format!(
+            "found {} of {columns}, but the plant has {}",
+            counted(rows, "row"),
+            counted(inputs, "input")
+        );
+        return Err(field.reject(found));
+    }
+    let pairs: Vec<_> = limits.row_iter().map(|pair| (pair[0], pair[1])).collect();
+    for (at, &(least, greatest)) in pairs.iter().enumerate() {
+        if !(least <= 0.0 && 0.0 <= greatest && least < greatest) {
+            let found = format!("found least {least} and greatest {greatest} for input {}", at + 1);
+            let allowed = "give least <= 0 <= greatest, not both 0: zero input must be possible";
+            return Err(field.reject_with(found, allowed.into()));
+        }
+    }
+    Ok(pairs)
+}

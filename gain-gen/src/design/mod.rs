@@ -1,0 +1,85 @@
+//! Design files: plant, cost, network and controller settings, read from TOML and fully checked.
+//!
+//! What comes out of here needs no further checks: shapes fit, numbers are finite, covariances and weights are
+//! definite, and the plant can be stabilised and observed. Whether it can be stabilised *over this network* is
+//! a result of the synthesis, not a property of the file.
+//!
+//! One file per table (`plant`, `cost`, `network`, `controller`), the ideas they share beside them: places in
+//! the file (`document`, `syntax`), definiteness (`symmetric`), unstable modes (`modes`).
+
+mod controller;
+mod cost;
+mod distribution;
+mod document;
+mod error;
+mod modes;
+mod network;
+mod plant;
+mod symmetric;
+mod syntax;
+
+pub use controller::{ControllerSettings, DeviceScalar};
+pub use cost::Cost;
+pub use distribution::{DelayDistribution, DistributionError};
+pub use error::DesignError;
+pub use network::{Acknowledgement, Network};
+pub use plant::Plant;
+
+use document::{Document, Section};
+use std::path::Path;
+use toml::de::DeTable;
+
+/// A complete, checked design.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Design {
+    /// Name of the design, as reports and generated source show it.
+    pub name: String,
+    /// The plant, in discrete time.
+    pub plant: Plant,
+    /// What the controller weighs.
+    pub cost: Cost,
+    /// The links.
+    pub network: Network,
+    /// Settings of controller and actuator node.
+    pub controller: ControllerSettings,
+}
+
+impl Design {
+    /// Reads and checks the design file at `path`.
+    ///
+    /// # Errors
+    /// The file cannot be read, or its text is rejected as in [`Design::parse`].
+    pub fn load(path: &Path) -> Result<Self, DesignError> {
+        let origin = path.display().to_string();
+        match std::fs::read_to_string(path) {
+            Ok(text) => Self::parse(&text, &origin),
+            Err(reason) => Err(DesignError {
+                origin,
+                line: None,
+                key: String::new(),
+                found: format!("cannot be read: {reason}"),
+                allowed: "give the path of a design file".into(),
+            }),
+        }
+    }
+
+    /// Reads and checks a design. `origin` is the name under which errors report the text.
+    ///
+    /// # Errors
+    /// The first rejection: syntax, an unknown or missing key, a wrong type, shape or value.
+    pub fn parse(text: &str, origin: &str) -> Result<Self, DesignError> {
+        let document = Document { origin, text };
+        let table = DeTable::parse(text).map_err(|error| syntax::rejected(document, &error))?;
+        let root =
+            Section::root(document, table.get_ref(), &["name", "plant", "cost", "network", "controller"])?;
+        let name = root.required("name", "a name, such as \"pendulum\"")?;
+        if name.text()?.trim().is_empty() {
+            return Err(name.reject("found an empty name".into()));
+        }
+        let (plant, unstable) = Plant::read(&root)?;
+        let cost = Cost::read(&root, &plant, &unstable)?;
+        let network = Network::read(&root)?;
+        let controller = ControllerSettings::read(&root, plant.inputs(), &network.sensor_to_controller)?;
+        Ok(Design { name: name.text()?.into(), plant, cost, network, controller })
+    }
+}

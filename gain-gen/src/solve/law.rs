@@ -1,0 +1,97 @@
+//! The control law in both forms: `(Lx, M, r)` for the device, one gain per mode for comparison with the thesis.
+
+use nalgebra::DMatrix;
+use slqg::{DefaultInput, actuator::Age, arrival, in_flight::PlayOut};
+
+/// `U = Lx xhat + M vbar`, THEORY 3.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Law {
+    /// Inputs per sequence, `N`.
+    pub length: usize,
+    /// What the actuator applies when its buffer has run out.
+    pub default_input: DefaultInput,
+    /// `Lx`, `(N nu) x nx`.
+    pub lx: DMatrix<f64>,
+    /// `M`, `(N nu) x (n_v nu)`.
+    pub m: DMatrix<f64>,
+    /// Conditional arrival probabilities `r(b, m)` in the core's table order.
+    pub arrival: Vec<f64>,
+}
+
+impl Law {
+    /// Inputs of the plant, `nu`.
+    pub fn inputs(&self) -> usize {
+        self.lx.nrows() / self.length
+    }
+
+    /// `r` as a matrix: rows `b = 1..N-1`, columns `m = 0..n_v-1`.
+    pub fn arrival_matrix(&self) -> DMatrix<f64> {
+        let in_flight = in_flight_count(self.length, self.default_input);
+        DMatrix::from_fn(self.length - 1, in_flight, |row, m| {
+            self.arrival[arrival::table_index(self.length, row + 1, m)]
+        })
+    }
+
+    /// Numbers the law stores: `Lx`, `M` and the table of `r`.
+    pub fn table_floats(&self) -> usize {
+        self.lx.len() + self.m.len() + self.arrival.len()
+    }
+
+    /// Numbers the thesis' form stores: `N+1` gains of `N nu` rows over `[x; rho]`, hold: and the default input.
+    pub fn coupled_table_floats(&self) -> usize {
+        (self.length + 1)
+            * self.lx.nrows()
+            * (self.lx.ncols() + self.inputs() * sent_count(self.length, self.default_input))
+    }
+
+    /// `L(i)` for every age `i = 0..=N`, each `(N nu) x (nx + n_rho)`, thesis (3.31).
+    pub fn mode_gains(&self) -> Vec<DMatrix<f64>> {
+        (0..=self.length)
+            .map(|mode| {
+                let weights = mode_weights(self.length, self.default_input, &self.arrival, mode);
+                let sent = &self.m * repeat_per_input(&weights, self.inputs());
+                let mut gain = DMatrix::zeros(self.lx.nrows(), self.lx.ncols() + sent.ncols());
+                gain.columns_mut(0, self.lx.ncols()).copy_from(&self.lx);
+                gain.columns_mut(self.lx.ncols(), sent.ncols()).copy_from(&sent);
+                gain
+            })
+            .collect()
+    }
+}
+
+/// In-flight inputs, `n_v`.
+pub fn in_flight_count(length: usize, default_input: DefaultInput) -> usize {
+    default_input.in_flight(length)
+}
+
+/// Inputs in `rho`, thesis (3.26), and with hold the default input after them.
+fn sent_count(length: usize, default_input: DefaultInput) -> usize {
+    arrival::table_len(length) + usize::from(default_input == DefaultInput::Hold)
+}
+
+/// `vbar` as a linear map of what was sent: `n_v x n_rho` weights for the acknowledged age `mode` (`N`: empty).
+///
+/// The order of columns is that of thesis (3.26): ages `a = 1..N-1`, within each `m = 0..N-1-a`; with hold the input
+/// applied last follows. The weights come from the core's own loop over packets.
+pub fn mode_weights(length: usize, default_input: DefaultInput, table: &[f64], mode: usize) -> DMatrix<f64> {
+    let play_out =
+        PlayOut { length, default_input, arrival: |b, m| table[arrival::table_index(length, b, m)] };
+    let age = u8::try_from(mode).ok().filter(|_| mode < length).map_or(Age::Empty, Age::Steps);
+    let columns = sent_count(length, default_input);
+    let mut weights = DMatrix::zeros(in_flight_count(length, default_input), columns);
+    let mut expected = vec![0.0; weights.nrows()];
+    for column in 0..columns {
+        // A packet's inputs stand where its arrival probabilities do in the core's table.
+        let sent =
+            |a: usize, m: usize| Some(if arrival::table_index(length, a, m) == column { 1.0 } else { 0.0 });
+        let last = if column == arrival::table_len(length) { 1.0 } else { 0.0 };
+        play_out.expected_inputs::<f64, f64>(age, sent, last, &mut expected);
+        weights.column_mut(column).copy_from_slice(&expected);
+    }
+    weights
+}
+
+/// Each scalar weight as a multiple of the `inputs x inputs` identity.
+fn repeat_per_input(weights: &DMatrix<f64>, inputs: usize) -> DMatrix<f64> {
+    weights.kronecker(&DMatrix::identity(inputs, inputs))
+}

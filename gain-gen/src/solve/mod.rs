@@ -1,0 +1,146 @@
+//! From a plant, a cost and a link to steady-state gains, by either of two solvers.
+//!
+//! | file | what lives there |
+//! |---|---|
+//! | `in_flight` | the project's own form: the core's recursion iterated to its fixed point |
+//! | `coupled` | the thesis' recursion over actuator modes: the reference |
+//! | `iterate` | when an iteration has converged, and when it never will; the same for both |
+//! | `spectral` | spectral radius of a linear map, for the mean-square rate |
+//! | `age_chain` | the transition matrix of the actuator's age |
+//! | `law` | gains in both forms, and the way from one to the other |
+//!
+//! Conditions that need no gains (how long sequences must at least be) are in [`crate::stability`].
+
+mod age_chain;
+mod coupled;
+mod in_flight;
+mod iterate;
+mod law;
+mod spectral;
+
+use crate::design::{DelayDistribution, Design};
+use nalgebra::DMatrix;
+use slqg::{DefaultInput, arrival};
+
+pub use age_chain::age_transitions;
+pub use iterate::Outcome;
+pub use law::{Law, in_flight_count, mode_weights};
+pub(crate) use spectral::largest_modulus as spectral_modulus;
+
+/// Which recursion computes the gains.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Method {
+    /// The in-flight recursion, THEORY 4.
+    InFlight,
+    /// The coupled recursion over the actuator's modes, thesis (3.31), (3.32).
+    Coupled,
+}
+
+impl Method {
+    /// As on the command line and in JSON.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::InFlight => "in-flight",
+            Self::Coupled => "coupled",
+        }
+    }
+}
+
+/// What is to be solved: thesis Problem 3.1 in steady state.
+#[derive(Debug, Clone)]
+pub struct LoopProblem {
+    /// State transition, `nx x nx`.
+    pub a: DMatrix<f64>,
+    /// Input, `nx x nu`.
+    pub b: DMatrix<f64>,
+    /// State weight, `nx x nx`, positive semidefinite.
+    pub q: DMatrix<f64>,
+    /// Input weight, `nu x nu`, positive definite.
+    pub r: DMatrix<f64>,
+    /// Delay of the link from controller to actuator.
+    pub link: DelayDistribution,
+    /// Inputs per sequence, `N`.
+    pub length: usize,
+    /// What the actuator applies when its buffer has run out.
+    pub default_input: DefaultInput,
+}
+
+impl LoopProblem {
+    /// The problem of a design.
+    pub fn of(design: &Design) -> Self {
+        Self {
+            a: design.plant.a.clone(),
+            b: design.plant.b.clone(),
+            q: design.cost.q.clone(),
+            r: design.cost.r.clone(),
+            link: design.network.controller_to_actuator.clone(),
+            length: design.controller.sequence_length,
+            default_input: design.controller.default_input,
+        }
+    }
+
+    /// The same problem with sequences of `length` inputs.
+    pub fn with_length(&self, length: usize) -> Self {
+        Self { length, ..self.clone() }
+    }
+
+    /// Survival function of the link, `N` values.
+    pub fn survival(&self) -> Vec<f64> {
+        let mut survival = vec![0.0; self.length];
+        arrival::survival(self.link.probabilities(), self.link.loss(), &mut survival);
+        survival
+    }
+
+    /// Conditional arrival probabilities `r(b, m)` in the core's table order.
+    pub fn arrival_table(&self) -> Vec<f64> {
+        let mut table = vec![0.0; arrival::table_len(self.length)];
+        arrival::fill_table(&self.survival(), &mut table);
+        table
+    }
+
+    /// The scale below which a cost-to-go is still dominated by the stage cost: tr Q, and the cost at which input
+    /// weight and input effect balance.
+    fn stage_cost_scale(&self) -> f64 {
+        let effect = self.b.norm_squared().max(f64::MIN_POSITIVE);
+        self.q.trace() + self.r.trace() / effect
+    }
+}
+
+/// Gains, and what is known about them.
+#[derive(Debug, Clone)]
+pub struct Solution {
+    /// How the iteration ended. Gains of one that did not converge are those of its last step.
+    pub outcome: Outcome,
+    /// Backward steps taken.
+    pub iterations: usize,
+    /// Relative residual of the fixed-point equation at the last step.
+    pub residual: f64,
+    /// Spectral radius of the closed loop's second moments with these gains; below 1 iff mean-square stable. THEORY 5.
+    pub mean_square_rate: f64,
+    /// The law in the in-flight form.
+    pub law: Law,
+    /// `L(i)` over `[x; rho]` (hold: and the default input) for the acknowledged age `i = 0..=N`, thesis (3.31).
+    pub mode_gains: Vec<DMatrix<f64>>,
+    /// `P`, `nx x nx`.
+    pub cost_to_go: DMatrix<f64>,
+}
+
+impl Solution {
+    /// Whether these are the optimal gains and the loop is mean-square stable with them.
+    pub fn is_stabilising(&self) -> bool {
+        self.outcome == Outcome::Converged
+    }
+
+    /// Long-run average cost per step if the state is known: `tr(P W)`. THEORY 5.
+    pub fn control_cost(&self, process_noise: &DMatrix<f64>) -> f64 {
+        self.cost_to_go.component_mul(process_noise).sum()
+    }
+}
+
+/// Solves by value iteration from `P = Q`.
+pub fn solve(problem: &LoopProblem, method: Method) -> Solution {
+    match method {
+        Method::InFlight => in_flight::solve(problem),
+        Method::Coupled => coupled::solve(problem),
+    }
+}

@@ -1,0 +1,57 @@
+//! Conditions for stability that need no gains: thesis Theorem 3.4 and the lengths of Corollary 3.1.
+//!
+//! Whether given gains stabilise is decided by their mean-square rate, in [`crate::solve`].
+
+use crate::design::{DelayDistribution, Plant};
+use crate::solve::{LoopProblem, Method, solve, spectral_modulus};
+use nalgebra::DMatrix;
+
+/// Lengths tried beyond the design's own when looking for one that stabilises.
+const LENGTHS_BEYOND: usize = 16;
+
+/// Largest modulus of the eigenvalues of `A`.
+pub fn open_loop_modulus(a: &DMatrix<f64>) -> f64 {
+    spectral_modulus(a.clone())
+}
+
+/// Probability that the buffer of an actuator that has run dry stays dry for another cycle: `p(N, N) = 1 - Q(N-1)`.
+pub fn dry_probability(link: &DelayDistribution, length: usize) -> f64 {
+    (1.0 - link.arrival(length - 1)).max(0.0)
+}
+
+/// Theorem 3.4 b): whether the buffer runs dry so often that no controller can stabilise the plant.
+pub fn runs_dry(problem: &LoopProblem) -> bool {
+    dry_growth(problem, problem.length) > 1.0
+}
+
+/// `p(N, N) |lambda_max(A)|^2`: growth of the squared state while the buffer is dry. Theorem 3.4 b).
+pub fn dry_growth(problem: &LoopProblem, length: usize) -> f64 {
+    dry_probability(&problem.link, length) * open_loop_modulus(&problem.a).powi(2)
+}
+
+/// Shortest length that Theorem 3.4 b) does not rule out, `N_min` of (3.39); `None` if it rules out all.
+pub fn shortest_admissible_length(problem: &LoopProblem) -> Option<usize> {
+    // Beyond the largest delay a longer sequence does not arrive any more often.
+    let longest = problem.link.probabilities().len().max(1);
+    (1..=longest).find(|&length| dry_growth(problem, length) <= 1.0)
+}
+
+/// Shortest length whose recursion converges to stabilising gains, `N_crit`.
+///
+/// Looks from `N_min` to some lengths beyond the problem's own; `None` if none of them stabilises.
+pub fn critical_length(problem: &LoopProblem) -> Option<usize> {
+    let shortest = shortest_admissible_length(problem)?;
+    let longest = shortest.max(problem.length) + LENGTHS_BEYOND;
+    (shortest..=longest)
+        .find(|&length| solve(&problem.with_length(length), Method::InFlight).is_stabilising())
+}
+
+/// Theorem 3.4 a): whether so few measurements arrive within the buffer that no filter can follow the plant.
+pub fn loses_sight(plant: &Plant, link: &DelayDistribution, measurement_buffer: usize) -> bool {
+    sight_growth(plant, link, measurement_buffer) >= 1.0 && open_loop_modulus(&plant.a) >= 1.0
+}
+
+/// `(1 - q_arr) |lambda_max(A)|^2`: growth of the error covariance between measurements. Theorem 3.4 a).
+pub fn sight_growth(plant: &Plant, link: &DelayDistribution, measurement_buffer: usize) -> f64 {
+    (1.0 - link.arrival(measurement_buffer)).max(0.0) * open_loop_modulus(&plant.a).powi(2)
+}

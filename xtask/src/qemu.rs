@@ -1,0 +1,131 @@
+//! The reference board in QEMU: runs an image and brings back what it printed and how it ended.
+
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use crate::{Result, packages, process};
+
+const PROGRAM: &str = "qemu-system-arm";
+const MACHINE: &str = "mps2-an386";
+
+/// An emulator on this machine.
+pub(crate) struct Qemu {
+    program: PathBuf,
+}
+
+/// How a run ended.
+pub(crate) struct Ended {
+    pub(crate) status: ExitStatus,
+    pub(crate) output: String,
+}
+
+impl Qemu {
+    /// Looks on `PATH`; installs the Debian package where that is possible.
+    pub(crate) fn find_or_install() -> Result<Self> {
+        if process::on_path(PROGRAM).is_none() {
+            let advice = format!(
+                "Install QEMU for Arm system emulation and have {PROGRAM} on PATH; as root on Debian:\n  \
+                 apt-get install --no-install-recommends {PROGRAM}"
+            );
+            packages::refresh_index();
+            packages::install(&[PROGRAM.to_owned()], &format!("{PROGRAM} is missing"), &advice)?;
+        }
+        let program = process::on_path(PROGRAM).ok_or_else(|| format!("{PROGRAM} is not on PATH"))?;
+        Ok(Self { program })
+    }
+
+    /// Runs an image with a semihosting command line of its name and `arguments`.
+    ///
+    /// A run that does not end in time is stopped, and is an error.
+    pub(crate) fn run(&self, image: &Path, arguments: &[&str], limit: Duration) -> Result<Ended> {
+        let name = image.file_name().unwrap_or_default().to_string_lossy();
+        let mut semihosting = String::from("enable=on,target=native");
+        for word in [&*name].iter().chain(arguments) {
+            // A comma separates QEMU's options, two stand for one.
+            semihosting.push_str(",arg=");
+            semihosting.push_str(&word.replace(',', ",,"));
+        }
+        let mut command = Command::new(&self.program);
+        command
+            .args(["-M", MACHINE, "-nographic", "-monitor", "none", "-serial", "none"])
+            .args(["-semihosting-config", &semihosting, "-kernel"])
+            .arg(image)
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped());
+        let child = command.spawn().map_err(|error| format!("cannot start {PROGRAM}: {error}"))?;
+        let mut running = Running(child);
+        // Read while it runs: a full pipe would stop the emulator.
+        let printed = collect(running.0.stdout.take());
+        let complaints = collect(running.0.stderr.take());
+        let status = running.wait(limit)?;
+        // Its ends of the pipes are closed by now, whether it has ended or has been killed.
+        drop(running);
+        let mut output = printed.join().unwrap_or_default();
+        output.push_str(&complaints.join().unwrap_or_default());
+        match status {
+            Some(status) => Ok(Ended { status, output }),
+            None => {
+                let limit = limit.as_secs();
+                Err(format!("no end within {limit} s of: {}\n{output}", process::shown(&command)).into())
+            }
+        }
+    }
+}
+
+/// A child that does not outlive its owner.
+struct Running(Child);
+
+impl Running {
+    /// `None` when the limit is reached.
+    fn wait(&mut self, limit: Duration) -> Result<Option<ExitStatus>> {
+        let deadline = Instant::now() + limit;
+        loop {
+            if let Some(status) = self.0.try_wait()? {
+                return Ok(Some(status));
+            }
+            if Instant::now() >= deadline {
+                return Ok(None);
+            }
+            thread::sleep(Duration::from_millis(5));
+        }
+    }
+}
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        // Both fail only for a child that has already ended.
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+fn collect(pipe: Option<impl Read + Send + 'static>) -> thread::JoinHandle<String> {
+    thread::spawn(move || {
+        let mut bytes = Vec::new();
+        if let Some(mut pipe) = pipe {
+            // What has been read up to an error is still worth showing.
+            let _ = pipe.read_to_end(&mut bytes);
+        }
+        String::from_utf8_lossy(&bytes).into_owned()
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_program_that_does_not_end_is_stopped() {
+        let child = Command::new("sleep").arg("600").stdout(Stdio::piped()).spawn().unwrap();
+        let mut running = Running(child);
+        let output = collect(running.0.stdout.take());
+        assert_eq!(running.wait(Duration::from_millis(20)).unwrap(), None);
+        drop(running);
+        // Ends only when the child has.
+        assert_eq!(output.join().unwrap(), "");
+    }
+}
