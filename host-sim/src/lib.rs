@@ -1,1 +1,25 @@
-//! Placeholder.
+//! Closed-loop simulation of the slqg core over links that lose and delay packets.
+//!
+//! There is no controller and no actuator here: both ends are the core's, and pass each other encoded frames. What
+//! lives here is what surrounds them on a desk: the plant, the links, many runs, their statistics and pictures.
+//!
+//! | room | what lives there |
+//! |---|---|
+//! | [`link`] | packets under way: delays, losses, delivery |
+//! | [`plant`] | the true plant with its noise |
+//! | [`contender`] | a controller to simulate: its gains and the network it gets |
+//! | [`size_class`] | from matrices of any size to the core's static types, in one place |
+//! | [`closed_loop`] | one run: plant, links and the two ends, cycle by cycle |
+//! | [`monte_carlo`] | many runs in parallel, and what they say together |
+//! | [`output`] | the table, the JSON and the report with pictures |
+//!
+//! Same design, same seed: same numbers, on any number of threads.
+
+pub mod closed_loop;
+pub mod contender;
+pub mod link;
+pub mod monte_carlo;
+pub mod output;
+pub mod plant;
+pub mod random;
+pub mod size_class;

@@ -12,7 +12,7 @@ mod cost;
 mod distribution;
 mod document;
 mod error;
-mod modes;
+pub(crate) mod modes;
 mod network;
 mod plant;
 mod symmetric;

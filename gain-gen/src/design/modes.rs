@@ -43,16 +43,16 @@ pub(crate) fn unreached(
 ) -> Option<Complex<f64>> {
     let size = a.nrows();
     let width = size + b.ncols();
-    let weight = a.amax();
+    let scale = a.amax();
     unstable.iter().copied().find(|&lambda| {
         let pencil = DMatrix::from_fn(size, width, |i, j| {
             if j < size {
-                let shift = if i == j { lambda } else { Complex::new(0.0, 0.0) };
-                shift - Complex::from(a[(i, j)])
+                let shift = if i == j { lambda / scale } else { Complex::new(0.0, 0.0) };
+                shift - Complex::from(a[(i, j)] / scale)
             } else {
                 // Columns of equal size: the unit of an input must not decide the rank.
                 let length = b.column(j - size).amax();
-                Complex::from(if length > 0.0 { b[(i, j - size)] / length * weight } else { 0.0 })
+                Complex::from(if length > 0.0 { b[(i, j - size)] / length } else { 0.0 })
             }
         });
         let singular = pencil.singular_values();

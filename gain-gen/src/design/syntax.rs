@@ -39,7 +39,7 @@ fn enclosing(text: &str, offset: usize) -> String {
             _ => None,
         });
         let Some((name, inner)) = around.max_by_key(|(name, _)| name.span().start) else { return key };
-        key = format!("{key}{}.", name.get_ref());
+        key = format!("{key}{}.", name.get_ref().escape_debug());
         table = inner;
     }
 }

@@ -25,7 +25,7 @@ use slqg::{DefaultInput, arrival};
 pub use age_chain::age_transitions;
 pub use iterate::Outcome;
 pub use law::{Law, in_flight_count, mode_weights};
-pub(crate) use spectral::largest_modulus as spectral_modulus;
+pub(crate) use spectral::modulus;
 
 /// Which recursion computes the gains.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

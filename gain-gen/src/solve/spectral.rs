@@ -3,7 +3,8 @@
 //! Arnoldi's method: the closed loop's second moments can rotate (complex pairs of eigenvalues close in modulus to
 //! the largest), which plain power iteration mistakes for no convergence.
 
-use nalgebra::{DMatrix, Schur};
+use crate::design::modes;
+use nalgebra::DMatrix;
 
 /// Largest Krylov space built; the maps here have some thousand unknowns and settle within a hundred.
 const LARGEST_SPACE: usize = 320;
@@ -45,9 +46,11 @@ pub(super) fn spectral_radius(start: &[f64], mut apply: impl FnMut(&[f64], &mut 
         let rest = norm(&image);
         let invariant = rest <= BREAKDOWN * reached;
         if invariant || column + 1 == most || (column + 1) % LOOK_EVERY == 0 {
-            let looked = largest_modulus(projected.view((0, 0), (column + 1, column + 1)).into_owned());
-            settled = if (looked - radius).abs() <= SETTLED * looked { settled + 1 } else { 0 };
-            radius = looked;
+            // A look at which the eigenvalues do not settle is passed over; the next has one row more.
+            if let Some(looked) = modulus(&projected.view((0, 0), (column + 1, column + 1)).into_owned()) {
+                settled = if (looked - radius).abs() <= SETTLED * looked { settled + 1 } else { 0 };
+                radius = looked;
+            }
             if invariant || settled >= LOOKS {
                 return radius;
             }
@@ -62,10 +65,9 @@ fn norm(vector: &[f64]) -> f64 {
     vector.iter().map(|value| value * value).sum::<f64>().sqrt()
 }
 
-/// Largest modulus of the eigenvalues of a square matrix.
-pub(crate) fn largest_modulus(matrix: DMatrix<f64>) -> f64 {
-    let eigenvalues = Schur::new(matrix).complex_eigenvalues();
-    eigenvalues.iter().map(|value| value.norm()).fold(0.0, f64::max)
+/// Largest modulus of the eigenvalues of a square matrix; `None` if the iteration for them does not converge.
+pub(crate) fn modulus(matrix: &DMatrix<f64>) -> Option<f64> {
+    Some(modes::eigenvalues(matrix)?.iter().map(|value| value.norm()).fold(0.0, f64::max))
 }
 
 #[cfg(test)]

@@ -1,0 +1,150 @@
+//! One run of the loop: sensor, link, controller, link, actuator, plant. Thesis 3.1.
+//!
+//! Both ends are the core's and share nothing but encoded frames. Cycle `k`: the sensor samples `y_k` (not in cycle 0,
+//! where the controller knows the initial mean) and sends it; the controller takes what has arrived, and the
+//! acknowledgement of cycle `k-1`, and sends `U_k`; the actuator takes what has arrived and applies its input.
+
+use crate::{
+    contender::Contender,
+    link::{Fate, Link},
+    plant::PlantRun,
+    random::{Purpose, stream},
+    size_class::{Fitted, LONGEST_SEQUENCE, MEMORY, SimScalar},
+};
+use slqg::{
+    Tick,
+    actuator::Actuator,
+    controller::Controller,
+    wire::{self, Acknowledgement, Measurement},
+};
+
+/// State beyond this many times its initial or noise scale counts as diverged.
+const DIVERGED: f64 = 1e6;
+
+/// What one run came to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RunResult {
+    /// Thesis (3.16): sum of `x^T Q x + u^T R u` over the run, and `x_K^T Q x_K` at its end.
+    pub cost: f64,
+    /// Whether the state left 1e6 times its initial or noise scale.
+    pub diverged: bool,
+    /// Control frames sent.
+    pub sent: usize,
+    /// Sum over cycles of the age of what was applied; an empty buffer counts as the sequence length.
+    pub age_sum: usize,
+    /// Frames that either end refused.
+    pub rejected: u64,
+}
+
+/// One cycle of a run, for pictures.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CycleRecord {
+    /// True state.
+    pub state: Vec<f64>,
+    /// The controller's estimate of it.
+    pub estimate: Vec<f64>,
+    /// Input applied.
+    pub input: Vec<f64>,
+    /// Age of the sequence the input came from; `None` for the default input.
+    pub age: Option<usize>,
+    /// What became of the control frame; `None` if none was sent.
+    pub control_frame: Option<Fate>,
+    /// What became of the measurement frame; `None` in the first cycle, which has none.
+    pub measurement_frame: Option<Fate>,
+}
+
+/// Which run to do.
+#[derive(Debug, Clone, Copy)]
+pub struct RunPlan {
+    /// Cycles, `K`.
+    pub steps: usize,
+    /// Seed of the whole simulation.
+    pub seed: u64,
+    /// Number of the run, which picks its random numbers.
+    pub run: u64,
+}
+
+/// Runs the loop once; `record` is called with every cycle.
+///
+/// # Panics
+/// If the fitted controller's tables are no gains, which [`Fitted::design`] tells beforehand.
+pub fn run<T: SimScalar, const NX: usize, const NU: usize, const NY: usize>(
+    fitted: &Fitted<T, NX, NU, NY>,
+    contender: &Contender,
+    plan: RunPlan,
+    mut record: impl FnMut(CycleRecord),
+) -> RunResult {
+    let RunPlan { steps, seed, run } = plan;
+    let design = fitted.design().expect("checked before the first run");
+    let start = Tick(0);
+    let mut controller = Controller::<T, NX, NU, NY, LONGEST_SEQUENCE, MEMORY>::new(design, start)
+        .expect("every law that fits the size class fits the controller");
+    let mut actuator = Actuator::<T, NU, LONGEST_SEQUENCE>::new(design.actuator, start);
+    let mut plant = PlantRun::new(&fitted.plant, seed, run);
+    let mut sensor_link = Link::new(&contender.sensor_link, stream(seed, run, Purpose::SensorLink));
+    let mut actuator_link = Link::new(&contender.actuator_link, stream(seed, run, Purpose::ActuatorLink));
+    let scale = fitted.plant.scale();
+    let mut frame = vec![0; frame_capacity::<T>(NU, NY)];
+    let mut acknowledgement: Option<Vec<u8>> = None;
+    let mut result = RunResult { cost: 0.0, diverged: false, sent: 0, age_sum: 0, rejected: 0 };
+
+    for cycle in 0..steps {
+        let tick = start + cycle as u32;
+        let measurement_frame = (cycle > 0).then(|| {
+            let output = plant.measure().map(T::nearest);
+            let bytes = wire::encode_measurement(&Measurement { tick, output }, &mut frame)
+                .expect("the buffer holds every frame");
+            sensor_link.send(bytes)
+        });
+        // Refusals are counted at the ends.
+        for packet in sensor_link.arrived() {
+            let _ = controller.receive(&packet);
+        }
+        if let Some(packet) = acknowledgement.take() {
+            let _ = controller.receive(&packet);
+        }
+        let sequence = controller.cycle(&mut frame).expect("the buffer holds every frame");
+        let control_frame = sequence.map(|bytes| actuator_link.send(bytes));
+        if control_frame.is_none() {
+            actuator_link.skip();
+        }
+        result.sent += usize::from(control_frame.is_some());
+
+        for packet in actuator_link.arrived() {
+            let _ = actuator.receive(&packet);
+        }
+        let applied = actuator.step();
+        let told = Acknowledgement { tick, age: applied.age };
+        let bytes =
+            wire::encode_acknowledgement::<T>(&told, &mut frame).expect("the buffer holds every frame");
+        acknowledgement = Some(bytes.to_vec());
+
+        let input = applied.input.map(|value| value.widen());
+        let state = *plant.state();
+        result.cost += state.dot(&(fitted.q * state)) + input.dot(&(fitted.r * input));
+        result.age_sum += applied.age.steps().unwrap_or(contender.law.length);
+        record(CycleRecord {
+            state: state.iter().copied().collect(),
+            estimate: controller.estimator().posterior_mean().iter().map(|value| value.widen()).collect(),
+            input: input.iter().copied().collect(),
+            age: applied.age.steps(),
+            control_frame,
+            measurement_frame,
+        });
+        plant.step(&input);
+        // Written so that NaN counts as diverged.
+        result.diverged |= !(plant.state().norm() <= DIVERGED * scale);
+        sensor_link.next_cycle();
+        actuator_link.next_cycle();
+    }
+    let last = plant.state();
+    result.cost += last.dot(&(fitted.q * last));
+    result.rejected = u64::from(controller.counts().rejected_frames) + u64::from(actuator.rejected_frames());
+    result
+}
+
+fn frame_capacity<T: SimScalar>(inputs: usize, outputs: usize) -> usize {
+    wire::control_len(inputs, LONGEST_SEQUENCE, T::BYTES)
+        .max(wire::measurement_len(outputs, T::BYTES))
+        .max(wire::ACKNOWLEDGEMENT_LEN)
+}

@@ -1,0 +1,162 @@
+//! Many runs in parallel, and what they say together.
+
+use crate::{
+    closed_loop::{CycleRecord, RunPlan, RunResult, run},
+    contender::Contender,
+    size_class::{Fitted, InSizeClass, SimScalar},
+};
+use gain_gen::design::Design;
+use rayon::prelude::*;
+use serde::Serialize;
+
+/// How much to simulate.
+#[derive(Debug, Clone, Copy)]
+pub struct Plan {
+    /// Runs per controller.
+    pub runs: usize,
+    /// Cycles per run.
+    pub steps: usize,
+    /// Seed; the same seed gives the same numbers.
+    pub seed: u64,
+}
+
+/// One controller's results over all runs. Costs are thesis (3.16), summed over a run.
+#[derive(Debug, Clone, Serialize)]
+pub struct Summary {
+    /// Name of the controller.
+    pub controller: &'static str,
+    /// Inputs per sequence.
+    pub sequence_length: usize,
+    /// Mean cost of a run.
+    pub mean_cost: Option<f64>,
+    /// Standard error of the mean.
+    pub std_error: Option<f64>,
+    /// Half of the runs cost less.
+    pub median_cost: Option<f64>,
+    /// 95 % of the runs cost less.
+    pub p95_cost: Option<f64>,
+    /// Runs whose state left 1e6 times its initial or noise scale.
+    pub diverged: usize,
+    /// Control frames sent per cycle.
+    pub send_rate: f64,
+    /// Mean age of the applied inputs in cycles; an empty buffer counts as the sequence length.
+    pub mean_input_age: f64,
+}
+
+/// Everything simulated for one controller.
+#[derive(Debug, Clone)]
+pub struct Outcome {
+    /// Results over all runs.
+    pub summary: Summary,
+    /// Cost of each run, in the order of the runs.
+    pub costs: Vec<f64>,
+    /// The first run, cycle by cycle.
+    pub first_run: Vec<CycleRecord>,
+}
+
+/// Simulates one contender in the size class it is dispatched to.
+#[derive(Debug, Clone, Copy)]
+pub struct Simulate<'a, P> {
+    /// The loop.
+    pub design: &'a Design,
+    /// The controller.
+    pub contender: &'a Contender,
+    /// How much.
+    pub plan: Plan,
+    /// Called, from any thread, when a run is done.
+    pub done: P,
+}
+
+impl<P: Fn() + Sync> InSizeClass for Simulate<'_, P> {
+    type Output = Result<Outcome, slqg::gains::InvalidGains>;
+
+    fn run<T: SimScalar, const NX: usize, const NU: usize, const NY: usize>(self) -> Self::Output {
+        let Plan { runs, steps, seed } = self.plan;
+        let fitted = Fitted::<T, NX, NU, NY>::new(self.design, self.contender);
+        fitted.design()?;
+        // Collected in the order of the runs, so that sums do not depend on the threads.
+        let results: Vec<RunResult> = (0..runs as u64)
+            .into_par_iter()
+            .map(|number| {
+                let result = run(&fitted, self.contender, RunPlan { steps, seed, run: number }, |_| ());
+                (self.done)();
+                result
+            })
+            .collect();
+        let mut first_run = Vec::with_capacity(steps);
+        run(&fitted, self.contender, RunPlan { steps, seed, run: 0 }, |mut cycle| {
+            cycle.state.truncate(self.design.plant.states());
+            cycle.estimate.truncate(self.design.plant.states());
+            cycle.input.truncate(self.design.plant.inputs());
+            first_run.push(cycle);
+        });
+        Ok(Outcome {
+            summary: summarise(self.contender, &results, steps),
+            costs: results.iter().map(|result| result.cost).collect(),
+            first_run,
+        })
+    }
+}
+
+fn summarise(contender: &Contender, results: &[RunResult], steps: usize) -> Summary {
+    let costs: Vec<f64> = results.iter().map(|result| result.cost).collect();
+    let cycles = (results.len() * steps) as f64;
+    let finite = |value: f64| value.is_finite().then_some(value);
+    Summary {
+        controller: contender.kind.name(),
+        sequence_length: contender.law.length,
+        mean_cost: finite(mean(&costs)),
+        std_error: finite(standard_error(&costs)),
+        median_cost: finite(quantile(&costs, 0.5)),
+        p95_cost: finite(quantile(&costs, 0.95)),
+        diverged: results.iter().filter(|result| result.diverged).count(),
+        send_rate: results.iter().map(|result| result.sent).sum::<usize>() as f64 / cycles,
+        mean_input_age: results.iter().map(|result| result.age_sum).sum::<usize>() as f64 / cycles,
+    }
+}
+
+/// Arithmetic mean; NaN of nothing.
+pub fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
+}
+
+/// Standard error of the mean; NaN of fewer than two values.
+pub fn standard_error(values: &[f64]) -> f64 {
+    let mean = mean(values);
+    let count = values.len() as f64;
+    let variance = values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / (count - 1.0);
+    (variance / count).sqrt()
+}
+
+/// The value below which a fraction of the values lies, interpolated linearly between ranks; NaN of nothing.
+pub fn quantile(values: &[f64], fraction: f64) -> f64 {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let Some(last) = sorted.len().checked_sub(1) else { return f64::NAN };
+    let rank = fraction * last as f64;
+    let below = rank.floor() as usize;
+    let weight = rank - below as f64;
+    let (low, high) = (sorted[below], sorted[(below + 1).min(last)]);
+    if weight == 0.0 { low } else { low + weight * (high - low) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quantiles_interpolate_between_ranks() {
+        let values = [4.0, 1.0, 3.0, 2.0];
+        assert_eq!(quantile(&values, 0.0), 1.0);
+        assert_eq!(quantile(&values, 0.5), 2.5);
+        assert_eq!(quantile(&values, 1.0), 4.0);
+        assert!(quantile(&[], 0.5).is_nan());
+    }
+
+    #[test]
+    fn the_standard_error_of_the_mean_falls_with_the_number_of_values() {
+        let few = [1.0, 3.0];
+        assert_eq!(standard_error(&few), 1.0);
+        assert!(standard_error(&few.repeat(100)) < 0.1);
+    }
+}

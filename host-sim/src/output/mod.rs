@@ -1,0 +1,47 @@
+//! What a simulation looks like to people and programs: a table, a JSON object, a report with pictures.
+//!
+//! Nothing is computed here.
+
+mod charts;
+mod report;
+mod table;
+
+pub use report::report;
+pub use table::table;
+
+use crate::monte_carlo::{Outcome, Plan, Summary};
+use serde::Serialize;
+
+/// Everything one `host-sim run` simulated.
+#[derive(Debug)]
+pub struct Simulation<'a> {
+    /// Name of the design.
+    pub name: &'a str,
+    /// Seconds per cycle.
+    pub sample_time: f64,
+    /// How much was simulated.
+    pub plan: Plan,
+    /// One outcome per controller.
+    pub outcomes: Vec<Outcome>,
+}
+
+#[derive(Serialize)]
+struct Json<'a> {
+    name: &'a str,
+    seed: u64,
+    runs: usize,
+    steps: usize,
+    results: Vec<&'a Summary>,
+}
+
+/// The simulation as one JSON object; numbers that are not finite are null.
+pub fn json(simulation: &Simulation<'_>) -> String {
+    let object = Json {
+        name: simulation.name,
+        seed: simulation.plan.seed,
+        runs: simulation.plan.runs,
+        steps: simulation.plan.steps,
+        results: simulation.outcomes.iter().map(|outcome| &outcome.summary).collect(),
+    };
+    serde_json::to_string_pretty(&object).expect("numbers and strings are always JSON")
+}

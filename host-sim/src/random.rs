@@ -1,0 +1,29 @@
+//! Random numbers: one stream per run and purpose, so that neither threads nor other draws shift them.
+
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+
+/// What a stream of random numbers is for. Each has its own, so that controllers compared on the same seed meet the
+/// same noise and the same packet fates, however many draws each of them makes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Purpose {
+    /// State before the first cycle.
+    InitialState = 0,
+    /// Noise on the state.
+    ProcessNoise = 1,
+    /// Noise on the outputs.
+    MeasurementNoise = 2,
+    /// Delays from sensor to controller.
+    SensorLink = 3,
+    /// Delays from controller to actuator.
+    ActuatorLink = 4,
+}
+
+const PURPOSES: u64 = 8;
+
+/// The random numbers of run number `run` for one purpose.
+pub fn stream(seed: u64, run: u64, purpose: Purpose) -> ChaCha8Rng {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    random.set_stream(run * PURPOSES + purpose as u64);
+    random
+}
