@@ -1,6 +1,7 @@
-//! Linker set-up for the board: where memory is, and that cortex-m-rt's script lays out the image.
+//! Gains for the nodes, and the linker set-up for the board: where memory is, and that cortex-m-rt's script lays out
+//! the image.
 //!
-//! It lives here rather than in a cargo configuration, so that host commands in the workspace stay plain.
+//! The set-up lives here rather than in a cargo configuration, so that host commands in the workspace stay plain.
 
 use std::env;
 use std::fs;
@@ -8,6 +9,7 @@ use std::path::PathBuf;
 
 fn main() {
     println!("cargo:rerun-if-changed=build.rs");
+    gain_gen::build::compile("../../designs/pendulum.toml");
     if env::var("CARGO_CFG_TARGET_OS").as_deref() == Ok("none") {
         link_for_board();
     }

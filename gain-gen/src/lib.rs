@@ -1,6 +1,9 @@
 //! From a design file (plant, cost, measured link) to optimal gains, a stability verdict and generated source.
 
+pub mod build;
 pub mod design;
 pub mod discretise;
+pub mod emit;
+pub mod report;
 pub mod solve;
 pub mod stability;

@@ -3,16 +3,15 @@
 //! Exit status: 0 done; 2 the input is wrong; 3 the loop cannot be stabilised.
 
 use clap::{Args, Parser, Subcommand};
-use gain_gen::design::Design;
+use gain_gen::{design::Design, emit, report::Report, solve::Method};
 use host_sim::{
     contender::{Contender, ContenderError, Kind},
     monte_carlo::{Plan, Simulate},
     output::{self, Simulation},
-    size_class::{TooLarge, dispatch},
+    size_class::{self, dispatch},
 };
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::{
-    io::Write,
     path::{Path, PathBuf},
     process::ExitCode,
 };
@@ -88,10 +87,12 @@ fn run(options: &RunOptions) -> Result<(), Failure> {
     }
     let plan = Plan { runs: options.runs as usize, steps: options.steps as usize, seed: options.seed };
     let origin = options.design.display();
+    // Before gains are computed, which can take longer than saying no.
+    size_class::check(&design).map_err(|error| Failure::Input(format!("{origin}: {error}")))?;
     let contenders = options
         .controllers
         .iter()
-        .map(|&kind| Contender::new(kind, &design).map_err(|error| refused(&error, &options.design)))
+        .map(|&kind| Contender::new(kind, &design).map_err(|error| refused(&error, &design, &options.design)))
         .collect::<Result<Vec<_>, _>>()?;
 
     let progress = progress(contenders.len() * plan.runs);
@@ -99,7 +100,7 @@ fn run(options: &RunOptions) -> Result<(), Failure> {
     for contender in &contenders {
         let simulate = Simulate { design: &design, contender, plan, done: || progress.inc(1) };
         let outcome = dispatch(&design, simulate)
-            .map_err(|error: TooLarge| Failure::Input(format!("{origin}: {error}")))?
+            .map_err(|error| Failure::Input(format!("{origin}: {error}")))?
             .map_err(|error| {
                 Failure::Input(format!("{origin}: controller.scalar: {error}; compute in f64"))
             })?;
@@ -109,7 +110,7 @@ fn run(options: &RunOptions) -> Result<(), Failure> {
 
     let simulation = Simulation { name: &design.name, sample_time: design.plant.sample_time, plan, outcomes };
     if let Some(path) = &options.report {
-        write_whole(path, &output::report(&simulation)).map_err(|error| {
+        emit::write(path, &output::report(&simulation)).map_err(|error| {
             Failure::Input(format!("{}: cannot write the report: {error}", path.display()))
         })?;
     }
@@ -124,24 +125,17 @@ fn run(options: &RunOptions) -> Result<(), Failure> {
     Ok(())
 }
 
-fn refused(error: &ContenderError, design: &Path) -> Failure {
-    let design = design.display();
+fn refused(error: &ContenderError, design: &Design, path: &Path) -> Failure {
+    let origin = path.display();
     match error {
-        ContenderError::Acknowledgement { .. } => Failure::Input(format!("{design}: {error}")),
-        ContenderError::Unstable { solution, .. } => Failure::Unstable(format!(
-            "{design}: {error} with sequences of {} inputs; `gain-gen report {design} --sequence-length {}` says which condition fails",
-            solution.law.length, solution.law.length
-        )),
+        ContenderError::Acknowledgement { .. } => Failure::Input(format!("{origin}: {error}")),
+        ContenderError::Unstable { .. } => {
+            // Which condition fails is the generator's to say.
+            let why = Report::new(design, Method::InFlight).require_stable().err();
+            let why = why.map_or_else(String::new, |condition| format!(": {condition}"));
+            Failure::Unstable(format!("{origin}: {error}{why}"))
+        }
     }
-}
-
-/// Replaces `path` by a complete new file, or leaves it as it is.
-fn write_whole(path: &Path, text: &str) -> std::io::Result<()> {
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let mut file = tempfile::NamedTempFile::new_in(folder)?;
-    file.write_all(text.as_bytes())?;
-    file.persist(path).map_err(|error| error.error)?;
-    Ok(())
 }
 
 /// A bar on stderr, when that is a terminal.

@@ -132,8 +132,8 @@ pub fn run<T: SimScalar, const NX: usize, const NU: usize, const NY: usize>(
             measurement_frame,
         });
         plant.step(&input);
-        // Written so that NaN counts as diverged.
-        result.diverged |= !(plant.state().norm() <= DIVERGED * scale);
+        let size = plant.state().norm();
+        result.diverged |= size.is_nan() || size > DIVERGED * scale;
         sensor_link.next_cycle();
         actuator_link.next_cycle();
     }

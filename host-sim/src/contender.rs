@@ -5,7 +5,8 @@
 
 use gain_gen::{
     design::{Acknowledgement, DelayDistribution, Design},
-    solve::{Law, LoopProblem, Method, Solution, solve},
+    solve::{Law, LoopProblem, Method, solve},
+    stability::loses_sight,
 };
 use std::str::FromStr;
 
@@ -74,8 +75,6 @@ pub enum ContenderError {
     Unstable {
         /// The controller.
         controller: &'static str,
-        /// The best that was found.
-        solution: Box<Solution>,
     },
 }
 
@@ -103,8 +102,8 @@ impl Contender {
             }
         };
         let solution = solve(&problem, Method::InFlight);
-        if !solution.is_stabilising() {
-            return Err(ContenderError::Unstable { controller, solution: Box::new(solution) });
+        if !solution.is_stabilising() || loses_sight(&design.plant, &sensor_link, measurement_buffer) {
+            return Err(ContenderError::Unstable { controller });
         }
         Ok(Self { kind, law: solution.law, actuator_link: problem.link, sensor_link, measurement_buffer })
     }

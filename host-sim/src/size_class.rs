@@ -80,6 +80,19 @@ pub trait InSizeClass {
     fn run<T: SimScalar, const NX: usize, const NU: usize, const NY: usize>(self) -> Self::Output;
 }
 
+/// Checks that some class holds the design, without doing anything in it.
+///
+/// # Errors
+/// If none does.
+pub fn check(design: &Design) -> Result<(), TooLarge> {
+    struct Nothing;
+    impl InSizeClass for Nothing {
+        type Output = ();
+        fn run<T: SimScalar, const NX: usize, const NU: usize, const NY: usize>(self) {}
+    }
+    dispatch(design, Nothing)
+}
+
 /// Does `work` in the smallest class that holds the design, with the scalar the device computes in.
 ///
 /// # Errors

@@ -132,8 +132,12 @@ pub struct Actuator<T: Scalar, const NU: usize, const N: usize> {
 }
 
 impl<T: Scalar, const NU: usize, const N: usize> Actuator<T, NU, N> {
-    /// An actuator with an empty buffer whose next cycle is `tick`. Until something arrives it applies zero.
+    /// An actuator with an empty buffer whose next cycle is `tick`. Until something arrives it applies zero, or
+    /// what the limits make of it.
+    ///
+    /// Does not compile for `N > 255`: an age must fit one byte.
     pub fn new(settings: Settings<T, NU>, tick: Tick) -> Self {
+        const { assert!(N <= u8::MAX as usize, "the age of a sequence must fit one byte") };
         Self { settings, tick, buffer: None, last_input: SVector::zeros(), rejected_frames: 0 }
     }
 

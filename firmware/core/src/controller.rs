@@ -8,10 +8,11 @@ use crate::{
     actuator::{Age, Settings},
     estimator::{Kalman, Model, RejectedMeasurement},
     gains::Gains,
-    in_flight::InFlight,
+    in_flight::{InFlight, push_newest},
     sequence::ControlSequence,
     wire::{self, Acknowledgement, DecodeError, EncodeError, Measurement},
 };
+use heapless::Deque;
 use nalgebra::SVector;
 
 /// Everything a controller is told at design time.
@@ -34,6 +35,8 @@ pub enum InvalidDesign {
     Capacity,
     /// Gains and actuator settings name different default inputs.
     DefaultInput,
+    /// Measurements may be later than the controller's memory of `H` cycles reaches back.
+    MeasurementBuffer,
 }
 
 /// Why a frame changed nothing.
@@ -58,12 +61,23 @@ pub struct Counts {
     pub not_finite: u32,
 }
 
+/// What the actuator is held to have played in one cycle.
+#[derive(Debug, Clone, Copy)]
+struct Played<T, const NU: usize> {
+    acknowledged: bool,
+    age: Age,
+    /// After saturation.
+    input: SVector<T, NU>,
+}
+
 /// The controller end of the link.
 ///
 /// Each cycle: any number of [`Controller::receive`], then one [`Controller::cycle`].
 ///
 /// A cycle whose acknowledgement has not come is held to have played on without a new packet, until an
-/// acknowledgement says otherwise; while the estimator remembers the cycle it is corrected then.
+/// acknowledgement says otherwise. While the estimator remembers the cycle, it and those after it that are not
+/// acknowledged themselves are corrected then: what is believed depends on which acknowledgements have come, not
+/// on their order.
 #[derive(Debug, Clone)]
 pub struct Controller<
     'a,
@@ -76,9 +90,9 @@ pub struct Controller<
 > {
     design: Design<'a, T, NX, NU, NY>,
     kalman: Kalman<T, NX, NU, NY, H>,
-    in_flight: InFlight<T, NU, N>,
-    /// Whether the last cycle is acknowledged; true before the first, which has nothing to acknowledge.
-    acknowledged: bool,
+    in_flight: InFlight<T, NU, N, H>,
+    /// The last `H` cycles, newest first: with the one that the oldest remembered by the estimator follows.
+    played: Deque<Played<T, NU>, H>,
     counts: Counts,
 }
 
@@ -88,7 +102,8 @@ impl<'a, T: Scalar, const NX: usize, const NU: usize, const NY: usize, const N: 
     /// A controller whose first cycle is `tick`.
     ///
     /// # Errors
-    /// If the gains' sequences do not fit the capacity or the actuator behaves unlike the gains assume.
+    /// If the gains' sequences or the measurement buffer do not fit the capacities, or the actuator behaves unlike
+    /// the gains assume.
     pub fn new(design: Design<'a, T, NX, NU, NY>, tick: Tick) -> Result<Self, InvalidDesign> {
         if design.gains.length() > N || design.gains.length() > usize::from(u8::MAX) {
             return Err(InvalidDesign::Capacity);
@@ -96,10 +111,13 @@ impl<'a, T: Scalar, const NX: usize, const NU: usize, const NY: usize, const N: 
         if design.gains.default_input() != design.actuator.default_input {
             return Err(InvalidDesign::DefaultInput);
         }
+        if design.measurement_buffer >= H {
+            return Err(InvalidDesign::MeasurementBuffer);
+        }
         Ok(Self {
             kalman: Kalman::new(design.model, design.measurement_buffer, tick),
             in_flight: InFlight::default(),
-            acknowledged: true,
+            played: Deque::new(),
             counts: Counts::default(),
             design,
         })
@@ -145,24 +163,46 @@ impl<'a, T: Scalar, const NX: usize, const NU: usize, const NY: usize, const N: 
 
     fn acknowledged(&mut self, acknowledgement: Acknowledgement) -> Result<(), RejectedFrame> {
         let Acknowledgement { tick, age } = acknowledgement;
-        // Only cycles that are over can be acknowledged.
-        if !self.kalman.tick().is_after(tick) {
+        // Only cycles that are over can be acknowledged, while the estimator remembers them.
+        let ago = self.kalman.tick().age_of(tick).and_then(|cycles| usize::try_from(cycles).ok());
+        let ago = ago.filter(|ago| *ago > 0).ok_or(RejectedFrame::Acknowledgement)?;
+        if self.kalman.input(tick).is_none() {
             return Err(RejectedFrame::Acknowledgement);
         }
-        let input = self.applied_input(tick, age).ok_or(RejectedFrame::Acknowledgement)?;
-        if !self.kalman.set_input(tick, input) {
-            return Err(RejectedFrame::Acknowledgement);
+        let input = self.applied_input(tick, age, ago + 1).ok_or(RejectedFrame::Acknowledgement)?;
+        self.set_played(ago, Played { acknowledged: true, age, input });
+        // The cycles since then play on from there, up to the next one that is known better.
+        let mut age = age;
+        for ago in (1..ago).rev() {
+            let Some(&Played { acknowledged, age: known, .. }) = self.played_ago(ago) else { break };
+            age = if acknowledged { known } else { age.played_on(self.design.gains.length()) };
+            let tick = self.kalman.tick() - ago as u32;
+            let input = self.applied_input(tick, age, ago + 1).unwrap_or_else(SVector::zeros);
+            self.set_played(ago, Played { acknowledged, age, input });
         }
-        if tick + 1 == self.kalman.tick() {
+        if let Some(&Played { age, input, .. }) = self.played_ago(1) {
             self.in_flight.acknowledge(age, input);
-            self.acknowledged = true;
         }
         Ok(())
     }
 
+    /// What is held to have been played `ago >= 1` cycles ago.
+    fn played_ago(&self, ago: usize) -> Option<&Played<T, NU>> {
+        self.played.iter().nth(ago.checked_sub(1)?)
+    }
+
+    fn set_played(&mut self, ago: usize, played: Played<T, NU>) {
+        if let Some(entry) = self.played.iter_mut().nth(ago - 1) {
+            *entry = played;
+        }
+        self.kalman.set_input(self.kalman.tick() - ago as u32, played.input);
+    }
+
     /// What left the actuator in cycle `tick` if it played `age`; `None` if no such sequence is remembered.
-    fn applied_input(&self, tick: Tick, age: Age) -> Option<SVector<T, NU>> {
-        let held = self.kalman.input(tick - 1).copied().unwrap_or_else(SVector::zeros);
+    /// `before` is how many cycles ago the one before `tick` was.
+    fn applied_input(&self, tick: Tick, age: Age, before: usize) -> Option<SVector<T, NU>> {
+        // Before the first cycle the actuator applied zero.
+        let held = self.played_ago(before).map_or_else(SVector::zeros, |played| played.input);
         let input = self.in_flight.applied_input(self.design.actuator.default_input, tick, age, &held)?;
         Some(self.design.actuator.saturate(&input))
     }
@@ -175,7 +215,7 @@ impl<'a, T: Scalar, const NX: usize, const NU: usize, const NY: usize, const N: 
     /// # Errors
     /// If `buffer` is too small for the frame. The cycle is over even so, as if the packet was lost.
     pub fn cycle<'b>(&mut self, buffer: &'b mut [u8]) -> Result<Option<&'b [u8]>, EncodeError> {
-        if !self.acknowledged {
+        if self.played_ago(1).is_some_and(|last| !last.acknowledged) {
             count(&mut self.counts.unacknowledged);
         }
         let tick = self.kalman.tick();
@@ -192,10 +232,10 @@ impl<'a, T: Scalar, const NX: usize, const NU: usize, const NY: usize, const N: 
         self.in_flight.push(matches!(frame, Ok(Some(_))).then_some(sequence));
 
         let age = self.in_flight.last_age().played_on(self.design.gains.length());
-        let input = self.applied_input(tick, age).unwrap_or_else(SVector::zeros);
+        let input = self.applied_input(tick, age, 1).unwrap_or_else(SVector::zeros);
         self.in_flight.acknowledge(age, input);
+        push_newest(&mut self.played, Played { acknowledged: false, age, input });
         self.kalman.advance(self.design.model, input);
-        self.acknowledged = false;
         frame
     }
 }

@@ -65,32 +65,37 @@ impl<R> PlayOut<R> {
     }
 }
 
-/// The sequences sent in the last `N` cycles, and the input applied last.
+/// The sequences sent in the last `N + H` cycles, and the input applied last.
 ///
-/// `N` is the capacity of a sequence. One cycle is: [`InFlight::acknowledge`] what was played in the last
-/// cycle, [`InFlight::expected_inputs`], then [`InFlight::push`] what was sent (or that nothing was).
+/// `N` is the capacity of a sequence; those sent in the last `N` cycles may still be applied. The ones before
+/// may have been applied up to `H` cycles ago, of which an acknowledgement may tell late. One cycle is:
+/// [`InFlight::acknowledge`] what was played in the last cycle, [`InFlight::expected_inputs`], then
+/// [`InFlight::push`] what was sent (or that nothing was).
 #[derive(Debug, Clone)]
-pub struct InFlight<T: Scalar, const NU: usize, const N: usize> {
+pub struct InFlight<T: Scalar, const NU: usize, const N: usize, const H: usize> {
     /// Newest first; `None` for a cycle in which nothing was sent.
     sent: Deque<Option<ControlSequence<T, NU, N>>, N>,
+    /// What came before `sent`, newest first.
+    run_out: Deque<Option<ControlSequence<T, NU, N>>, H>,
     last_input: SVector<T, NU>,
     last_age: Age,
 }
 
-impl<T: Scalar, const NU: usize, const N: usize> Default for InFlight<T, NU, N> {
+impl<T: Scalar, const NU: usize, const N: usize, const H: usize> Default for InFlight<T, NU, N, H> {
     fn default() -> Self {
-        Self { sent: Deque::new(), last_input: SVector::zeros(), last_age: Age::Empty }
+        Self { sent: Deque::new(), run_out: Deque::new(), last_input: SVector::zeros(), last_age: Age::Empty }
     }
 }
 
-impl<T: Scalar, const NU: usize, const N: usize> InFlight<T, NU, N> {
+impl<T: Scalar, const NU: usize, const N: usize, const H: usize> InFlight<T, NU, N, H> {
     /// Takes note of what was sent in this cycle; `None` if nothing was.
     pub fn push(&mut self, sequence: Option<ControlSequence<T, NU, N>>) {
         if self.sent.is_full() {
-            self.sent.pop_back();
+            if let Some(oldest) = self.sent.pop_back() {
+                push_newest(&mut self.run_out, oldest);
+            }
         }
-        // There is room: a full queue lost its oldest entry above.
-        let _ = self.sent.push_front(sequence);
+        push_newest(&mut self.sent, sequence);
     }
 
     /// The sequence sent `a >= 1` cycles before the current one, which is not pushed yet.
@@ -113,7 +118,8 @@ impl<T: Scalar, const NU: usize, const N: usize> InFlight<T, NU, N> {
         match age {
             Age::Steps(steps) => {
                 let made = tick - u32::from(steps);
-                let sequence = self.sent.iter().flatten().find(|sequence| sequence.tick == made)?;
+                let mut remembered = self.sent.iter().chain(&self.run_out).flatten();
+                let sequence = remembered.find(|sequence| sequence.tick == made)?;
                 sequence.input_at(tick).copied()
             }
             Age::Empty => Some(match default_input {
@@ -152,4 +158,13 @@ impl<T: Scalar, const NU: usize, const N: usize> InFlight<T, NU, N> {
         play_out.expected_inputs(self.last_age, sent, self.last_input, &mut expected);
         expected
     }
+}
+
+/// Puts `entry` in front; a full queue loses its last one.
+pub(crate) fn push_newest<E, const C: usize>(queue: &mut Deque<E, C>, entry: E) {
+    if queue.is_full() {
+        queue.pop_back();
+    }
+    // There is room now.
+    let _ = queue.push_front(entry);
 }

@@ -5,7 +5,7 @@ use super::{DelayDistribution, DesignError};
 use slqg::DefaultInput;
 
 /// Longest control sequence.
-const LONGEST_SEQUENCE: usize = 128;
+pub const LONGEST_SEQUENCE: usize = 128;
 /// Longest measurement buffer.
 const LONGEST_BUFFER: usize = 1000;
 

@@ -18,7 +18,7 @@ mod plant;
 mod symmetric;
 mod syntax;
 
-pub use controller::{ControllerSettings, DeviceScalar};
+pub use controller::{ControllerSettings, DeviceScalar, LONGEST_SEQUENCE};
 pub use cost::Cost;
 pub use distribution::{DelayDistribution, DistributionError};
 pub use error::DesignError;

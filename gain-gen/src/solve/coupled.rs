@@ -195,7 +195,7 @@ pub(super) fn solve(problem: &LoopProblem) -> Solution {
         mean_square_rate: ending.mean_square_rate,
         law: in_flight_form(problem, &recursion.gains),
         cost_to_go: recursion.cost_to_go[0].view((0, 0), (states, states)).into_owned(),
-        mode_gains: recursion.gains,
+        coupled_gains: Some(recursion.gains),
     }
 }
 

@@ -112,7 +112,7 @@ pub(super) fn solve(problem: &LoopProblem) -> Solution {
         iterations: ending.iterations,
         residual: ending.residual,
         mean_square_rate: ending.mean_square_rate,
-        mode_gains: law.mode_gains(),
+        coupled_gains: None,
         law,
         cost_to_go: DMatrix::from_row_slice(states, states, recursion.synthesis.cost_to_go()),
     }

@@ -21,6 +21,7 @@ mod spectral;
 use crate::design::{DelayDistribution, Design};
 use nalgebra::DMatrix;
 use slqg::{DefaultInput, arrival};
+use std::borrow::Cow;
 
 pub use age_chain::age_transitions;
 pub use iterate::Outcome;
@@ -119,8 +120,8 @@ pub struct Solution {
     pub mean_square_rate: f64,
     /// The law in the in-flight form.
     pub law: Law,
-    /// `L(i)` over `[x; rho]` (hold: and the default input) for the acknowledged age `i = 0..=N`, thesis (3.31).
-    pub mode_gains: Vec<DMatrix<f64>>,
+    /// Gains per mode as the coupled recursion found them; the in-flight one needs none.
+    coupled_gains: Option<Vec<DMatrix<f64>>>,
     /// `P`, `nx x nx`.
     pub cost_to_go: DMatrix<f64>,
 }
@@ -129,6 +130,16 @@ impl Solution {
     /// Whether these are the optimal gains and the loop is mean-square stable with them.
     pub fn is_stabilising(&self) -> bool {
         self.outcome == Outcome::Converged
+    }
+
+    /// `L(i)` over `[x; rho]` (hold: and the default input) for the acknowledged age `i = 0..=N`, thesis (3.31).
+    ///
+    /// For the in-flight solver they are spelled out from the law: `O(N^4)` numbers that no device needs.
+    pub fn mode_gains(&self) -> Cow<'_, [DMatrix<f64>]> {
+        match &self.coupled_gains {
+            Some(gains) => Cow::Borrowed(gains),
+            None => Cow::Owned(self.law.mode_gains()),
+        }
     }
 
     /// Long-run average cost per step if the state is known: `tr(P W)`. THEORY 5.

@@ -108,6 +108,7 @@ mod tests {
     #[test]
     fn a_nilpotent_map_has_radius_zero() {
         let matrix = DMatrix::from_fn(4, 4, |i, j| if j == i + 1 { 1.0 } else { 0.0 });
-        assert!(radius_of(&matrix) < 1e-6);
+        // Four equal eigenvalues in one block: rounding eps moves them by eps^(1/4).
+        assert!(radius_of(&matrix) < 1e-3);
     }
 }

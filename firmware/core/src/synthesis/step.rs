@@ -94,7 +94,8 @@ impl<'p, 'w, T: Scalar> Synthesis<'p, 'w, T> {
     /// One step of value iteration (THEORY 4): new gains, then the cost-to-go one cycle earlier.
     ///
     /// Returns the relative change of the cost-to-go: the largest over `P`, `S`, `Y` and the `N_t` of the sum of
-    /// absolute changes over the sum of absolute values. At a fixed point it is that equation's residual.
+    /// absolute changes over the sum of absolute values. At a fixed point it is that equation's residual; it is
+    /// infinite once a value or a sum of them has overflowed.
     pub fn optimal_step(&mut self) -> T {
         self.expect();
         let dimensions = self.dimensions();
@@ -253,6 +254,10 @@ impl<T: Scalar> Change<T> {
     }
 
     fn relative(self) -> T {
+        // What has overflowed must not look settled: a maximum passes over NaN, and anything over infinity is 0.
+        if !(self.size.is_finite() && self.difference.is_finite()) {
+            return T::nearest(f64::INFINITY);
+        }
         if self.size > T::zero() { self.difference / self.size } else { self.difference }
     }
 }

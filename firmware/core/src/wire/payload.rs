@@ -91,6 +91,9 @@ pub fn decode_control<T: Scalar, const NU: usize, const N: usize>(
     let (tick, mut reader) = Reader::open::<T>(frame, Kind::Control)?;
     reader.take_dimension(NU)?;
     let length: u8 = reader.take()?;
+    if usize::from(length) > N {
+        return Err(DecodeError::Capacity(length));
+    }
     let mut sequence = ControlSequence { tick, inputs: heapless::Vec::new() };
     for _ in 0..length {
         let mut input = SVector::<T, NU>::zeros();

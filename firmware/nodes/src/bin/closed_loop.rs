@@ -7,7 +7,7 @@
 
 #[cfg(not(target_os = "none"))]
 fn main() {
-    let slqg_nodes::Outcome { digest, state, applied } = slqg_nodes::run();
+    let slqg_nodes::Outcome { digest, state, applied, .. } = slqg_nodes::run();
     for (index, value) in state.iter().enumerate() {
         println!("state {index}  {:08x}  {value}", value.to_bits());
     }

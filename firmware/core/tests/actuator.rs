@@ -1,0 +1,208 @@
+//! The actuator plays the newest sequence out, then its default input, whatever the link does.
+
+use nalgebra::SVector;
+use proptest::prelude::*;
+use slqg::actuator::{Actuator, Age, Applied, Limits, RejectedFrame, RejectedSequence, Settings};
+use slqg::{DefaultInput, Tick, nalgebra, sequence::ControlSequence, wire};
+
+const CAPACITY: usize = 4;
+type Device = Actuator<f32, 1, CAPACITY>;
+type Sequence = ControlSequence<f32, 1, CAPACITY>;
+
+fn device(default_input: DefaultInput, tick: Tick) -> Device {
+    Device::new(Settings { default_input, limits: None }, tick)
+}
+
+fn sequence(tick: Tick, inputs: &[f32]) -> Sequence {
+    Sequence { tick, inputs: inputs.iter().map(|&input| SVector::from([input])).collect() }
+}
+
+fn frame(sequence: &Sequence) -> Vec<u8> {
+    let mut buffer = [0; wire::control_len(1, CAPACITY, 4)];
+    wire::encode_control(sequence, &mut buffer).expect("the buffer is made for it").to_vec()
+}
+
+/// Plays `cycles` cycles and returns what was applied.
+fn play(device: &mut Device, cycles: usize) -> Vec<(f32, Age)> {
+    (0..cycles).map(|_| device.step()).map(|Applied { input, age, .. }| (input[0], age)).collect()
+}
+
+#[test]
+fn a_sequence_is_played_out_and_then_the_default_input() {
+    for (default_input, after) in [(DefaultInput::Zero, 0.0), (DefaultInput::Hold, 3.0)] {
+        let start = Tick(u32::MAX - 1);
+        let mut device = device(default_input, start);
+        assert_eq!(play(&mut device, 1), [(0.0, Age::Empty)], "nothing has arrived");
+        assert_eq!(device.offer(sequence(start + 1, &[1.0, 2.0, 3.0])), Ok(()));
+        let played = [(1.0, Age::Steps(0)), (2.0, Age::Steps(1)), (3.0, Age::Steps(2))];
+        assert_eq!(play(&mut device, 3), played);
+        assert_eq!(play(&mut device, 3), [(after, Age::Empty); 3]);
+        assert_eq!(device.tick(), start + 7);
+    }
+}
+
+#[test]
+fn what_left_the_actuator_names_its_cycle() {
+    let mut device = device(DefaultInput::Zero, Tick(u32::MAX));
+    assert_eq!(device.step().tick, Tick(u32::MAX));
+    assert_eq!(device.step().tick, Tick(0));
+}
+
+#[test]
+fn a_late_sequence_begins_with_the_input_meant_for_now() {
+    let mut device = device(DefaultInput::Zero, Tick(10));
+    assert_eq!(device.offer(sequence(Tick(8), &[1.0, 2.0, 3.0, 4.0])), Ok(()));
+    assert_eq!(play(&mut device, 2), [(3.0, Age::Steps(2)), (4.0, Age::Steps(3))]);
+}
+
+#[test]
+fn late_packet_does_not_replace_a_newer_one() {
+    let mut device = device(DefaultInput::Zero, Tick(10));
+    assert_eq!(device.receive(&frame(&sequence(Tick(10), &[5.0, 6.0]))), Ok(()));
+    let past = Err(RejectedFrame::Sequence(RejectedSequence::Past));
+    assert_eq!(device.receive(&frame(&sequence(Tick(9), &[1.0; 4]))), past);
+    assert_eq!(device.receive(&frame(&sequence(Tick(10), &[1.0; 4]))), past, "the same packet again");
+    assert_eq!(device.rejected_frames(), 2);
+    assert_eq!(play(&mut device, 2), [(5.0, Age::Steps(0)), (6.0, Age::Steps(1))]);
+    assert_eq!(
+        device.receive(&frame(&sequence(Tick(9), &[1.0; 4]))),
+        past,
+        "not even when the newer one has run out"
+    );
+    assert_eq!(play(&mut device, 1), [(0.0, Age::Empty)]);
+}
+
+#[test]
+fn sequences_of_no_use_are_rejected_by_name() {
+    let now = Tick(1);
+    let mut device = device(DefaultInput::Zero, now);
+    let mut offer = |tick, inputs: &[f32]| device.offer(sequence(tick, inputs));
+    assert_eq!(offer(now - 2, &[1.0; 2]), Err(RejectedSequence::RunOut));
+    assert_eq!(offer(now - 4, &[1.0; 4]), Err(RejectedSequence::RunOut));
+    assert_eq!(offer(now + 1, &[1.0; 4]), Err(RejectedSequence::Future));
+    assert_eq!(offer(now + i32::MAX as u32, &[1.0; 4]), Err(RejectedSequence::Future));
+    assert_eq!(offer(now + (1 << 31), &[1.0; 4]), Err(RejectedSequence::RunOut), "half the circle away");
+    assert_eq!(offer(now, &[]), Err(RejectedSequence::NoInputs));
+    for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+        assert_eq!(offer(now, &[1.0, bad]), Err(RejectedSequence::NotFinite));
+    }
+    assert_eq!(play(&mut device, 1), [(0.0, Age::Empty)], "none of them left anything");
+}
+
+#[test]
+fn saturation_bounds_every_input_and_hold_holds_the_bounded_one() {
+    let limits = Some(Limits { min: SVector::from([0.5]), max: SVector::from([2.0]) });
+    for (default_input, after) in [(DefaultInput::Zero, 0.5), (DefaultInput::Hold, 2.0)] {
+        let mut device = Device::new(Settings { default_input, limits }, Tick(0));
+        assert_eq!(play(&mut device, 1), [(0.5, Age::Empty)], "zero is out of bounds");
+        assert_eq!(device.offer(sequence(Tick(1), &[-9.0, 1.0, f32::MAX])), Ok(()));
+        let played: Vec<f32> = play(&mut device, 5).iter().map(|(input, _)| *input).collect();
+        assert_eq!(played, [0.5, 1.0, 2.0, after, after]);
+    }
+}
+
+#[test]
+fn limits_in_the_wrong_order_do_not_panic() {
+    let limits = Some(Limits { min: SVector::from([1.0]), max: SVector::from([-1.0]) });
+    let mut device = Device::new(Settings { default_input: DefaultInput::Hold, limits }, Tick(0));
+    assert_eq!(play(&mut device, 2), [(-1.0, Age::Empty); 2]);
+}
+
+#[test]
+fn a_sequence_is_forgotten_long_before_its_tick_can_wrap() {
+    // All state is in the debug form: equal forms behave alike for ever, so that what is forgotten after
+    // `CAPACITY` idle cycles cannot come back after 2^31 of them.
+    let mut used = device(DefaultInput::Zero, Tick(0));
+    assert_eq!(used.offer(sequence(Tick(0), &[1.0; CAPACITY])), Ok(()));
+    play(&mut used, CAPACITY);
+    assert!(format!("{used:?}").contains("buffer: Some"), "it still guards against older packets");
+    play(&mut used, 1);
+    let fresh = device(DefaultInput::Zero, used.tick());
+    assert_eq!(format!("{used:?}"), format!("{fresh:?}"));
+}
+
+/// A link's doing with one packet.
+#[derive(Debug, Clone)]
+struct Packet {
+    inputs: usize,
+    /// `None` if it is lost.
+    delay: Option<usize>,
+    /// Place among the packets that arrive in the same cycle.
+    place: u32,
+}
+
+fn packets() -> impl Strategy<Value = Vec<Packet>> {
+    let delay = prop_oneof![1 => Just(None), 6 => (0usize..7).prop_map(Some)];
+    let packet = (1..=CAPACITY, delay, any::<u32>()).prop_map(|(inputs, delay, place)| Packet {
+        inputs,
+        delay,
+        place,
+    });
+    proptest::collection::vec(packet, 1..40)
+}
+
+/// A different input for every packet and entry.
+fn input(sent: usize, entry: usize) -> f32 {
+    1.0 + (sent * CAPACITY + entry) as f32
+}
+
+/// The packets that arrive in `cycle`, in the order of their places.
+fn arrivals(packets: &[Packet], cycle: usize) -> Vec<usize> {
+    let arrives = |sent: &usize| packets[*sent].delay.is_some_and(|delay| sent + delay == cycle);
+    let mut arriving: Vec<usize> = (0..packets.len()).filter(arrives).collect();
+    arriving.sort_by_key(|&sent| packets[sent].place);
+    arriving
+}
+
+/// The packet played in `cycle`, thesis (3.11): the newest of all that arrived in time to be of use.
+fn played(packets: &[Packet], cycle: usize) -> Option<usize> {
+    let useful = |sent: &usize| {
+        let Packet { inputs, delay, .. } = packets[*sent];
+        delay.is_some_and(|delay| delay < inputs && sent + delay <= cycle)
+    };
+    let newest = (0..=cycle.min(packets.len() - 1)).filter(useful).max()?;
+    (cycle - newest < packets[newest].inputs).then_some(newest)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 2000, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn the_newest_sequence_wins_whatever_the_link_does(
+        packets in packets(),
+        start in prop_oneof![Just(u32::MAX - 15), any::<u32>()],
+        hold in any::<bool>(),
+        damage in any::<prop::sample::Index>(),
+    ) {
+        let default_input = if hold { DefaultInput::Hold } else { DefaultInput::Zero };
+        let mut device = device(default_input, Tick(start));
+        let mut last = 0.0;
+        let mut damaged_frames = 0;
+        for cycle in 0..packets.len() + 8 {
+            for sent in arrivals(&packets, cycle) {
+                let inputs: Vec<f32> = (0..packets[sent].inputs).map(|entry| input(sent, entry)).collect();
+                let frame = frame(&sequence(Tick(start) + sent as u32, &inputs));
+                // Damaged copies of the packet, before it: taken for it, they would make it a past one.
+                let mut flipped = frame.clone();
+                flipped[damage.index(frame.len())] ^= 1 << (cycle % 8);
+                prop_assert!(matches!(device.receive(&flipped), Err(RejectedFrame::Decode(_))));
+                let cut = damage.index(frame.len());
+                prop_assert!(matches!(device.receive(&frame[..cut]), Err(RejectedFrame::Decode(_))));
+                damaged_frames += 2;
+                let before = device.rejected_frames();
+                let taken = device.receive(&frame).is_ok();
+                prop_assert_eq!(device.rejected_frames(), before + u32::from(!taken));
+            }
+            let applied = device.step();
+            let default = if hold { last } else { 0.0 };
+            let (expected, age) = played(&packets, cycle).map_or((default, Age::Empty), |sent| {
+                (input(sent, cycle - sent), Age::Steps((cycle - sent) as u8))
+            });
+            prop_assert_eq!(applied, Applied {
+                tick: Tick(start) + cycle as u32, input: SVector::from([expected]), age,
+            });
+            last = expected;
+        }
+        prop_assert!(device.rejected_frames() >= damaged_frames);
+    }
+}

@@ -1,0 +1,91 @@
+//! A double integrator with its optimal law, for tests of the closed loop.
+
+use slqg::actuator::Settings;
+use slqg::controller::{Controller, Design};
+use slqg::estimator::Model;
+use slqg::gains::{Gains, Tables};
+use slqg::nalgebra::{SMatrix, SVector};
+use slqg::synthesis::{Dimensions, Problem, Synthesis};
+use slqg::{DefaultInput, Scalar, arrival};
+
+/// Inputs per sequence of the law.
+pub(crate) const LENGTH: usize = 4;
+/// Most cycles a measurement may be late.
+pub(crate) const LATE: usize = 6;
+/// A controller of some more capacity than the law needs.
+pub(crate) type Node<'a, T> = Controller<'a, T, 2, 1, 1, 6, 8>;
+
+/// Delay probabilities of the control packets; the rest to 1 is loss.
+pub(crate) const DELAYS: [f64; 5] = [0.4, 0.2, 0.15, 0.1, 0.05];
+
+/// A scalar type in which gains can be checked.
+pub(crate) trait Number: Scalar {
+    /// `Gains::check` of this type.
+    fn gains<'a>(default_input: DefaultInput, tables: Tables<'a, Self>) -> Gains<'a, Self, 2, 1>;
+}
+
+impl Number for f32 {
+    fn gains<'a>(default_input: DefaultInput, tables: Tables<'a, f32>) -> Gains<'a, f32, 2, 1> {
+        Gains::<f32, 2, 1>::check(LENGTH, default_input, tables).expect("tables of the right shape")
+    }
+}
+
+impl Number for f64 {
+    fn gains<'a>(default_input: DefaultInput, tables: Tables<'a, f64>) -> Gains<'a, f64, 2, 1> {
+        Gains::<f64, 2, 1>::check(LENGTH, default_input, tables).expect("tables of the right shape")
+    }
+}
+
+/// The design of a closed loop, with everything that [`Design`] borrows.
+pub(crate) struct Workshop<T> {
+    pub(crate) model: Model<T, 2, 1, 1>,
+    pub(crate) settings: Settings<T, 1>,
+    lx: Vec<T>,
+    m: Vec<T>,
+    arrival: Vec<T>,
+}
+
+impl<T: Number> Workshop<T> {
+    /// A double integrator with the optimal law for [`DELAYS`].
+    pub(crate) fn double_integrator(settings: Settings<T, 1>) -> Self {
+        let default_input = settings.default_input;
+        let (a, b) = ([1.0, 0.1, 0.0, 1.0], [0.005, 0.1]);
+        let mut survival = [0.0; LENGTH];
+        arrival::survival(&DELAYS, 1.0 - DELAYS.iter().sum::<f64>(), &mut survival);
+        let dimensions = Dimensions { states: 2, inputs: 1, length: LENGTH, default_input };
+        let problem =
+            Problem { dimensions, a: &a, b: &b, q: &[1.0, 0.0, 0.0, 0.1], r: &[0.05], survival: &survival };
+        let mut workspace = vec![0.0; dimensions.workspace_len()];
+        let mut synthesis = Synthesis::new(problem, &mut workspace).expect("slices of the right shape");
+        while synthesis.optimal_step() > 1e-12 {}
+        let rows = || synthesis.gains().chunks(dimensions.gain_columns());
+        let nearest = |value: &f64| T::nearest(*value);
+        let mut table = [0.0; arrival::table_len(LENGTH)];
+        arrival::fill_table(&survival, &mut table);
+        Self {
+            model: Model {
+                a: SMatrix::<f64, 2, 2>::from_row_slice(&a).map(T::nearest),
+                b: SMatrix::<f64, 2, 1>::from_row_slice(&b).map(T::nearest),
+                c: SMatrix::<f64, 1, 2>::new(1.0, 0.0).map(T::nearest),
+                process_noise: SMatrix::from_diagonal_element(T::nearest(1e-4)),
+                measurement_noise: SMatrix::from_element(T::nearest(1e-4)),
+                initial_mean: SVector::zeros(),
+                initial_covariance: SMatrix::identity(),
+            },
+            settings,
+            lx: rows().flat_map(|row| &row[..2]).map(nearest).collect(),
+            m: rows().flat_map(|row| &row[2..]).map(nearest).collect(),
+            arrival: table.iter().map(nearest).collect(),
+        }
+    }
+
+    pub(crate) fn design(&self) -> Design<'_, T, 2, 1, 1> {
+        let tables = Tables { lx: &self.lx, m: &self.m, arrival: &self.arrival };
+        Design {
+            gains: T::gains(self.settings.default_input, tables),
+            model: &self.model,
+            actuator: self.settings,
+            measurement_buffer: LATE,
+        }
+    }
+}

@@ -1,0 +1,123 @@
+//! Numbers and tables as Rust literals in the device's scalar, by the shortest text that reads back the same.
+
+use super::EmitError;
+use crate::design::DeviceScalar;
+use crate::report::scalar_name;
+use nalgebra::DMatrix;
+
+/// Width of a line of numbers.
+const WIDTH: usize = 100;
+
+/// One table of numbers on its way to the device.
+#[derive(Clone, Copy)]
+pub(super) struct Table {
+    /// As errors name it.
+    pub(super) name: &'static str,
+    pub(super) scalar: DeviceScalar,
+}
+
+impl Table {
+    /// `value` rounded to the device's scalar.
+    pub(super) fn number(self, value: f64) -> Result<String, EmitError> {
+        let (finite, text) = match self.scalar {
+            DeviceScalar::F32 => ((value as f32).is_finite(), format!("{:?}", value as f32)),
+            DeviceScalar::F64 => (value.is_finite(), format!("{value:?}")),
+        };
+        if finite { Ok(text) } else { Err(self.refused(value)) }
+    }
+
+    /// As [`Table::number`], but a number that is not zero must not become zero.
+    pub(super) fn nonzero(self, value: f64) -> Result<(), EmitError> {
+        let vanishes = self.scalar == DeviceScalar::F32 && value != 0.0 && value as f32 == 0.0;
+        if vanishes { Err(self.refused(value)) } else { Ok(()) }
+    }
+
+    fn refused(self, value: f64) -> EmitError {
+        let advice = match self.scalar {
+            DeviceScalar::F32 => "choose other units or controller.scalar = \"f64\"",
+            DeviceScalar::F64 => "choose other units",
+        };
+        EmitError::OutOfRange { table: self.name, value, scalar: scalar_name(self.scalar), advice }
+    }
+
+    /// `values` in lines of `indent` spaces, each number followed by a comma; a new line for every `row` numbers.
+    pub(super) fn lines(self, values: &[f64], row: usize, indent: usize) -> Result<String, EmitError> {
+        let mut text = String::new();
+        for numbers in values.chunks(row.max(1)) {
+            let mut line = String::new();
+            for &value in numbers {
+                let number = self.number(value)?;
+                if !line.is_empty() && indent + line.len() + number.len() + 2 > WIDTH {
+                    text.push_str(&format!("{:indent$}{line}\n", ""));
+                    line.clear();
+                }
+                line.push_str(if line.is_empty() { "" } else { " " });
+                line.push_str(&number);
+                line.push(',');
+            }
+            text.push_str(&format!("{:indent$}{line}\n", ""));
+        }
+        Ok(text)
+    }
+
+    /// The rows of `matrix`, as [`Table::lines`].
+    pub(super) fn rows(self, matrix: &DMatrix<f64>, indent: usize) -> Result<String, EmitError> {
+        self.lines(matrix.transpose().as_slice(), matrix.ncols(), indent)
+    }
+
+    /// `matrix` as the storage of a static matrix: an array of columns.
+    pub(super) fn columns(self, matrix: &DMatrix<f64>, indent: usize) -> Result<String, EmitError> {
+        let mut text = String::from("[\n");
+        for column in matrix.column_iter() {
+            let numbers: Result<Vec<_>, _> = column.iter().map(|&value| self.number(value)).collect();
+            text.push_str(&format!("{:1$}[{2}],\n", "", indent + 4, numbers?.join(", ")));
+        }
+        text.push_str(&format!("{:indent$}]", ""));
+        Ok(text)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SINGLE: Table = Table { name: "lx", scalar: DeviceScalar::F32 };
+    const DOUBLE: Table = Table { name: "lx", scalar: DeviceScalar::F64 };
+
+    #[test]
+    fn a_literal_reads_back_as_the_rounded_number() {
+        for value in [0.1, -0.0, 1.0, 16_777_217.0, 3.046_174_197_867_086e-6, -1e30, 1e-40, 123_456_789.0] {
+            let text = SINGLE.number(value).unwrap();
+            assert_eq!(text.parse::<f32>().unwrap().to_bits(), (value as f32).to_bits(), "{text}");
+            assert!(text.contains(['.', 'e']), "{text} would be an integer");
+            assert_eq!(DOUBLE.number(value).unwrap().parse::<f64>().unwrap().to_bits(), value.to_bits());
+        }
+        assert_eq!(SINGLE.number(0.1).unwrap(), "0.1");
+    }
+
+    #[test]
+    fn what_the_scalar_cannot_hold_is_refused() {
+        assert!(SINGLE.number(1e39).is_err());
+        assert!(DOUBLE.number(1e39).is_ok());
+        assert!(DOUBLE.number(f64::NAN).is_err());
+        assert!(SINGLE.nonzero(1e-50).is_err());
+        assert!(SINGLE.nonzero(0.0).is_ok());
+        assert!(DOUBLE.nonzero(1e-50).is_ok());
+    }
+
+    #[test]
+    fn a_long_row_is_broken_within_the_width() {
+        let values = [1.0 / 3.0; 40];
+        let text = DOUBLE.lines(&values, 40, 8).unwrap();
+        assert!(text.lines().all(|line| line.len() <= WIDTH && line.starts_with("        0.3")));
+        assert_eq!(text.matches(',').count(), 40);
+    }
+
+    #[test]
+    fn storage_is_column_by_column() {
+        let matrix = DMatrix::from_row_slice(2, 3, &[1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
+        let text = SINGLE.columns(&matrix, 0).unwrap();
+        assert_eq!(text, "[\n    [1.0, 4.0],\n    [2.0, 5.0],\n    [3.0, 6.0],\n]");
+        assert_eq!(SINGLE.rows(&matrix, 2).unwrap(), "  1.0, 2.0, 3.0,\n  4.0, 5.0, 6.0,\n");
+    }
+}

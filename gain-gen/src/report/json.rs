@@ -1,0 +1,129 @@
+//! The report as one JSON object; its fields are part of the stable command line.
+
+use super::{FailedCondition, Report, Verdict, default_input_name};
+use nalgebra::DMatrix;
+use serde::Serialize;
+use serde_json::ser::{Formatter, Serializer};
+use std::io::{self, Write};
+
+/// A matrix as JSON and scripts take it: a list of rows.
+pub(crate) type Rows = Vec<Vec<f64>>;
+
+/// The fields in their order. Numbers that are not finite become null.
+#[derive(Serialize)]
+pub(crate) struct Document<'r> {
+    name: &'r str,
+    sequence_length: usize,
+    default_input: &'static str,
+    method: &'static str,
+    /// Whether the loop is stabilised: the recursion converged and measurements come often enough.
+    converged: bool,
+    iterations: usize,
+    residual: f64,
+    transition_matrix: Rows,
+    mean_square_rate: f64,
+    control_cost: f64,
+    lx: Rows,
+    m: Rows,
+    r: Rows,
+    gains: Vec<Rows>,
+    cost_to_go: Rows,
+    n_min: Option<usize>,
+    n_crit: Option<usize>,
+    table_floats: usize,
+    coupled_table_floats: usize,
+    verdict: &'static str,
+    failed_conditions: Vec<String>,
+    n_v: usize,
+}
+
+impl<'r> Document<'r> {
+    pub(crate) fn of(report: &'r Report) -> Self {
+        let (solution, law) = (&report.solution, &report.solution.law);
+        Self {
+            name: &report.design.name,
+            sequence_length: law.length,
+            default_input: default_input_name(law.default_input),
+            method: report.method.name(),
+            converged: report.verdict() == Verdict::Stable,
+            iterations: solution.iterations,
+            residual: solution.residual,
+            transition_matrix: rows(&report.transition_matrix),
+            mean_square_rate: solution.mean_square_rate,
+            control_cost: report.control_cost(),
+            lx: rows(&law.lx),
+            m: rows(&law.m),
+            r: rows(&law.arrival_matrix()),
+            gains: solution.mode_gains().iter().map(rows).collect(),
+            cost_to_go: rows(&solution.cost_to_go),
+            n_min: report.n_min,
+            n_crit: report.n_crit,
+            table_floats: law.table_floats(),
+            coupled_table_floats: law.coupled_table_floats(),
+            verdict: report.verdict().name(),
+            failed_conditions: report.failed_conditions.iter().map(FailedCondition::to_string).collect(),
+            n_v: report.in_flight(),
+        }
+    }
+}
+
+impl Report {
+    /// One JSON object: the fields of `gain-gen report --json`, one on a line, and a newline at the end.
+    pub fn to_json(&self) -> String {
+        line_per_field(&Document::of(self))
+    }
+}
+
+/// The matrix as rows; a matrix without columns as empty rows.
+pub(crate) fn rows(matrix: &DMatrix<f64>) -> Rows {
+    matrix.row_iter().map(|row| row.iter().copied().collect()).collect()
+}
+
+/// JSON with each field of an object on its own line and lists, which are matrices here, without breaks.
+pub(crate) fn line_per_field(document: &impl Serialize) -> String {
+    let mut bytes = Vec::new();
+    document
+        .serialize(&mut Serializer::with_formatter(&mut bytes, LinePerField { depth: 0 }))
+        .expect("names and numbers are written to memory");
+    bytes.push(b'\n');
+    String::from_utf8(bytes).expect("JSON is UTF-8")
+}
+
+struct LinePerField {
+    depth: usize,
+}
+
+impl LinePerField {
+    fn new_line<W: ?Sized + Write>(&self, writer: &mut W) -> io::Result<()> {
+        writer.write_all(b"\n")?;
+        (0..self.depth).try_for_each(|_| writer.write_all(b"  "))
+    }
+}
+
+impl Formatter for LinePerField {
+    fn begin_object<W: ?Sized + Write>(&mut self, writer: &mut W) -> io::Result<()> {
+        self.depth += 1;
+        writer.write_all(b"{")
+    }
+
+    fn end_object<W: ?Sized + Write>(&mut self, writer: &mut W) -> io::Result<()> {
+        self.depth -= 1;
+        self.new_line(writer)?;
+        writer.write_all(b"}")
+    }
+
+    fn begin_object_key<W: ?Sized + Write>(&mut self, writer: &mut W, first: bool) -> io::Result<()> {
+        if !first {
+            writer.write_all(b",")?;
+        }
+        self.new_line(writer)
+    }
+
+    fn begin_object_value<W: ?Sized + Write>(&mut self, writer: &mut W) -> io::Result<()> {
+        writer.write_all(b": ")
+    }
+
+    fn begin_array_value<W: ?Sized + Write>(&mut self, writer: &mut W, first: bool) -> io::Result<()> {
+        if first { Ok(()) } else { writer.write_all(b", ") }
+    }
+}

@@ -1,0 +1,150 @@
+//! The report as one screen of text, every figure with its unit.
+
+use super::figure::{counted, duration, figure, grouped, percent};
+use super::{FailedCondition, Report, Verdict, default_input_name, scalar_name};
+use crate::design::DeviceScalar;
+use crate::solve::Outcome;
+use core::fmt::{self, Display, Formatter};
+
+/// Most rows and columns of a gain that still fit on the screen with the rest.
+const SMALL: (usize, usize) = (10, 6);
+
+impl Display for Report {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let settings = &self.design.controller;
+        writeln!(
+            f,
+            "{}: sequences of N = {}, default input {}",
+            self.design.name.escape_debug(),
+            counted(settings.sequence_length, "input"),
+            default_input_name(settings.default_input)
+        )?;
+        self.plant(f)?;
+        self.link(f)?;
+        self.stability(f)?;
+        if self.verdict() == Verdict::Stable {
+            self.closed_loop(f)?;
+            self.tables(f)?;
+            self.state_gain(f)?;
+        }
+        Ok(())
+    }
+}
+
+/// One aligned line: what, and how much.
+fn line(f: &mut Formatter<'_>, what: &str, figures: impl Display) -> fmt::Result {
+    writeln!(f, "  {what:<20}{figures}")
+}
+
+impl Report {
+    /// `count` steps, and the same in seconds.
+    fn steps(&self, count: f64) -> String {
+        let plural = if count == 1.0 { "" } else { "s" };
+        format!("{} step{plural} = {} s", duration(count), duration(count * self.design.plant.sample_time))
+    }
+
+    fn plant(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let plant = &self.design.plant;
+        let (states, inputs) = (counted(plant.states(), "state"), counted(plant.inputs(), "input"));
+        writeln!(f, "\nPlant")?;
+        line(f, "dimensions", format!("{states}, {inputs}, {}", counted(plant.outputs(), "output")))?;
+        line(f, "sample time", format!("{} s", figure(plant.sample_time)))?;
+        let modulus = self.open_loop_modulus;
+        let growth = if modulus > 1.0 {
+            let doubling = 2.0_f64.ln() / modulus.ln();
+            format!("unstable, doubles in {}", self.steps(doubling))
+        } else if modulus < 1.0 {
+            "stable".into()
+        } else {
+            "on the limit of stability".into()
+        };
+        line(f, "open loop", format!("largest |eigenvalue| {} per step: {growth}", figure(modulus)))
+    }
+
+    fn link(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let link = &self.design.network.controller_to_actuator;
+        let last = self.design.controller.sequence_length - 1;
+        let in_time = link.arrival(last);
+        let arrives = link.arrival(link.largest_delay());
+        let delays = link.probabilities().iter().enumerate();
+        let mean = delays.map(|(steps, probability)| steps as f64 * probability).sum::<f64>() / arrives;
+        writeln!(f, "\nLink from controller to actuator")?;
+        let within = format!("within the sequence, at most {} late", counted(last, "step"));
+        line(f, "arrives in time", format!("{:<12}{within}", percent(in_time)))?;
+        line(f, "arrives too late", percent((arrives - in_time).max(0.0)))?;
+        line(f, "lost", percent(link.loss()))?;
+        line(f, "mean delay", format!("{}, of the packets that arrive", self.steps(mean)))
+    }
+
+    fn stability(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let solution = &self.solution;
+        let met = |met: bool| if met { "met" } else { "NOT MET" };
+        writeln!(f, "\nStability: {}", self.verdict().name())?;
+        let (dry, sight) = (self.dry_growth, self.sight_growth);
+        let condition = |formula: &str, value: f64, bound: &str, is_met: bool| {
+            let figures = format!("{formula} = {}", figure(value));
+            format!("{figures:<48}{bound:<6}{}", met(is_met))
+        };
+        let (eigenvalue, rate) = ("|lambda_max(A)|^2", solution.mean_square_rate);
+        line(f, "Theorem 3.4 b)", condition(&format!("(1 - Q(N-1)) {eigenvalue}"), dry, "<= 1", dry <= 1.0))?;
+        let is_blind = |failed: &FailedCondition| matches!(failed, FailedCondition::LosesSight { .. });
+        let sees = !self.failed_conditions.iter().any(is_blind);
+        line(f, "Theorem 3.4 a)", condition(&format!("(1 - q_arr) {eigenvalue}"), sight, "< 1", sees))?;
+        let converged = solution.outcome == Outcome::Converged;
+        line(f, "Theorem 3.3 b)", condition("mean-square rate", rate, "< 1", converged))?;
+        let how = match solution.outcome {
+            Outcome::Converged => "converged",
+            Outcome::Unstable => "diverges, shown",
+            Outcome::Undecided => "stopped",
+        };
+        let residual = format!("{:.1e}", solution.residual);
+        let after = counted(solution.iterations, "step");
+        line(f, "recursion", format!("{}: {how} after {after}, residual {residual}", self.method.name()))?;
+        let length = |n: Option<usize>| n.map_or("none".into(), |n| n.to_string());
+        let (n_min, n_crit) = (length(self.n_min), length(self.n_crit));
+        line(f, "N_min", format!("{n_min:<12}shortest length that Theorem 3.4 b) does not rule out"))?;
+        line(f, "N_crit", format!("{n_crit:<12}shortest length that stabilises"))
+    }
+
+    fn closed_loop(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        writeln!(f, "\nClosed loop, state known")?;
+        let rate = figure(self.solution.mean_square_rate);
+        line(f, "mean-square rate", format!("{rate:<12}per step: second moments shrink by this factor"))?;
+        if let Some(steps) = self.time_constant() {
+            line(f, "time constant", format!("{}, of the second moments", self.steps(steps)))?;
+        }
+        line(f, "long-run cost", format!("{:<12}per step, tr(P W)", figure(self.control_cost())))
+    }
+
+    fn tables(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let scalar = self.design.controller.scalar;
+        let bytes = match scalar {
+            DeviceScalar::F32 => size_of::<f32>(),
+            DeviceScalar::F64 => size_of::<f64>(),
+        };
+        let law = &self.solution.law;
+        let size = |floats: usize| format!("{} numbers, {} bytes", grouped(floats), grouped(floats * bytes));
+        writeln!(f, "\nTables on the device, {}", scalar_name(scalar))?;
+        line(f, "Lx, M, r", size(law.table_floats()))?;
+        line(f, "coupled form", format!("{}, not needed", size(law.coupled_table_floats())))
+    }
+
+    fn state_gain(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let law = &self.solution.law;
+        if law.lx.nrows() > SMALL.0 || law.lx.ncols() > SMALL.1 {
+            return Ok(());
+        }
+        writeln!(f, "\nState gain Lx, input unit per state unit")?;
+        write!(f, "  {:<8}", "")?;
+        (1..=law.lx.ncols()).try_for_each(|state| write!(f, "{:>12}", format!("x{state}")))?;
+        writeln!(f)?;
+        for (row, gains) in law.lx.row_iter().enumerate() {
+            let (step, input) = (row / law.inputs(), row % law.inputs() + 1);
+            let of = if step == 0 { format!("u{input}(k)") } else { format!("u{input}(k+{step})") };
+            write!(f, "  {of:<8}")?;
+            gains.iter().try_for_each(|gain| write!(f, "{:>12}", figure(*gain)))?;
+            writeln!(f)?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,338 @@
+//! The command line as scripts see it: JSON fields and shapes, exit statuses, what is said where, what is written.
+
+use assert_cmd::cargo::cargo_bin_cmd;
+use serde_json::Value;
+use std::path::{Path, PathBuf};
+use std::process::Output;
+
+/// The fields of `report --json` that scripts depend on, in their order.
+const FIELDS: [&str; 19] = [
+    "name",
+    "sequence_length",
+    "default_input",
+    "method",
+    "converged",
+    "iterations",
+    "residual",
+    "transition_matrix",
+    "mean_square_rate",
+    "control_cost",
+    "lx",
+    "m",
+    "r",
+    "gains",
+    "cost_to_go",
+    "n_min",
+    "n_crit",
+    "table_floats",
+    "coupled_table_floats",
+];
+
+fn example(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../designs").join(name).with_extension("toml")
+}
+
+/// Runs `gain-gen COMMAND DESIGN OPTIONS..`.
+fn gain_gen(command: &str, design: &Path, options: &[&str]) -> Output {
+    cargo_bin_cmd!("gain-gen").arg(command).arg(design).args(options).output().expect("gain-gen starts")
+}
+
+fn text(bytes: &[u8]) -> &str {
+    std::str::from_utf8(bytes).expect("UTF-8")
+}
+
+/// The object on stdout, which holds nothing else; parsing fails on anything after it.
+fn object(output: &Output) -> Value {
+    let value: Value = serde_json::from_slice(&output.stdout).expect("one JSON object");
+    assert!(value.is_object());
+    value
+}
+
+fn report(name: &str, options: &[&str]) -> Value {
+    let output = gain_gen("report", &example(name), &[options, &["--json"]].concat());
+    assert_eq!(output.status.code(), Some(0), "{name}: {}", text(&output.stderr));
+    assert_eq!(text(&output.stderr), "", "{name}");
+    object(&output)
+}
+
+/// Rows and columns; every entry must be a number.
+fn shape(matrix: &Value) -> (usize, usize) {
+    let rows = matrix.as_array().expect("a list of rows");
+    let lengths: Vec<_> = rows
+        .iter()
+        .map(|row| {
+            let row = row.as_array().expect("a row");
+            assert!(row.iter().all(Value::is_number), "{row:?}");
+            row.len()
+        })
+        .collect();
+    assert!(lengths.windows(2).all(|pair| pair[0] == pair[1]), "rows differ in length");
+    (rows.len(), lengths.first().copied().unwrap_or(0))
+}
+
+/// `design` with `from` replaced by `to`, in a file of its own.
+fn altered(folder: &Path, name: &str, changes: &[(&str, &str)]) -> PathBuf {
+    let mut design = std::fs::read_to_string(example(name)).unwrap();
+    for (from, to) in changes {
+        assert!(design.contains(from), "{name} has no {from}");
+        design = design.replacen(from, to, 1);
+    }
+    let path = folder.join("altered.toml");
+    std::fs::write(&path, design).unwrap();
+    path
+}
+
+#[test]
+fn json_report_has_every_field_in_its_order_and_shape() {
+    // Name, options, then N, nx, nu, n_v and the inputs in rho.
+    for (name, options, length, states, expected, sent) in [
+        ("pendulum", &[][..], 4, 4, 3, 6),
+        ("critical", &["--sequence-length", "3"], 3, 2, 2, 3),
+        ("critical", &["--sequence-length", "4"], 4, 2, 3, 6),
+        ("critical", &["--default-input", "hold"], 4, 2, 4, 7),
+        ("double_integrator", &["--sequence-length", "1"], 1, 2, 0, 0),
+        ("double_integrator", &["--sequence-length", "1", "--default-input", "hold"], 1, 2, 1, 1),
+    ] {
+        let output = gain_gen("report", &example(name), &[options, &["--json"]].concat());
+        let places: Vec<_> = FIELDS
+            .iter()
+            .map(|field| text(&output.stdout).find(&format!("\"{field}\": ")).expect(field))
+            .collect();
+        assert!(places.is_sorted(), "{name}: {places:?}");
+
+        let found = report(name, options);
+        assert_eq!(found["name"], name);
+        assert_eq!(found["sequence_length"], length);
+        assert_eq!(found["default_input"], if options.contains(&"hold") { "hold" } else { "zero" });
+        assert_eq!(found["method"], "in-flight");
+        assert_eq!((&found["converged"], &found["verdict"]), (&true.into(), &"stable".into()));
+        assert_eq!(found["failed_conditions"], Value::Array(vec![]));
+        assert_eq!(found["n_v"], expected);
+        assert!(found["iterations"].as_u64().unwrap() > 0);
+        assert!(found["residual"].as_f64().unwrap() < 1e-10);
+        assert!(found["mean_square_rate"].as_f64().unwrap() < 1.0);
+        assert!(found["control_cost"].as_f64().unwrap() > 0.0);
+        assert!(found["n_min"].as_u64().unwrap() <= found["n_crit"].as_u64().unwrap());
+        assert_eq!(shape(&found["transition_matrix"]), (length + 1, length + 1));
+        assert_eq!(shape(&found["lx"]), (length, states));
+        assert_eq!(shape(&found["m"]), (length, expected));
+        assert_eq!(shape(&found["r"]), (length - 1, if length == 1 { 0 } else { expected }));
+        assert_eq!(shape(&found["cost_to_go"]), (states, states));
+        let gains = found["gains"].as_array().unwrap();
+        assert_eq!(gains.len(), length + 1);
+        assert!(gains.iter().all(|gain| shape(gain) == (length, states + sent)), "{name}");
+        let floats = length * (states + expected) + length * (length - 1) / 2;
+        assert_eq!(found["table_floats"], floats);
+        assert_eq!(found["coupled_table_floats"], (length + 1) * length * (states + sent));
+    }
+}
+
+#[test]
+fn both_methods_report_the_same_gains() {
+    let (ours, reference) = (report("critical", &[]), report("critical", &["--method", "coupled"]));
+    assert_eq!(reference["method"], "coupled");
+    for field in ["control_cost", "mean_square_rate"] {
+        let (ours, reference) = (ours[field].as_f64().unwrap(), reference[field].as_f64().unwrap());
+        assert!((ours / reference - 1.0).abs() < 1e-9, "{field}: {ours} {reference}");
+    }
+}
+
+#[test]
+fn the_double_integrator_with_twenty_inputs_takes_610_numbers_instead_of_80640() {
+    let found = report("double_integrator", &["--sequence-length", "20"]);
+    assert_eq!((&found["table_floats"], &found["coupled_table_floats"]), (&610.into(), &80640.into()));
+}
+
+#[test]
+fn sequences_too_short_for_the_critical_plant_fail_by_theorem_3_4_b() {
+    for (length, growth) in [("1", "1.6875"), ("2", "1.125")] {
+        let options = ["--json", "--sequence-length", length];
+        let output = gain_gen("report", &example("critical"), &options);
+        assert_eq!(output.status.code(), Some(3));
+        let found = object(&output);
+        assert_eq!((&found["converged"], &found["verdict"]), (&false.into(), &"unstable".into()));
+        assert_eq!((&found["n_min"], &found["n_crit"]), (&3.into(), &3.into()));
+        assert!(found["control_cost"].is_null());
+        let sentence = format!(
+            "Theorem 3.4 b): (1 - Q(N-1)) |lambda_max(A)|^2 = {growth} > 1: the actuator's buffer runs dry too \
+             often; the shortest length not ruled out is N = 3"
+        );
+        assert_eq!(found["failed_conditions"], Value::Array(vec![sentence.clone().into()]));
+        assert!(text(&output.stderr).contains(&sentence), "{}", text(&output.stderr));
+    }
+}
+
+#[test]
+fn a_recursion_that_diverges_fails_by_theorem_3_3_b() {
+    // One input for two unstable modes: their product decides, which Theorem 3.4 b) does not see.
+    let folder = tempfile::tempdir().unwrap();
+    let changes = [
+        ("a = [[0.5, 0], [1, 1.5]], b = [[1], [0]]", "a = [[1.3, 0], [0, 1.2]], b = [[1], [1]]"),
+        ("delays = [0.25, 0.25, 0.25, 0.25]", "delays = [0.55]"),
+        ("sequence_length = 4", "sequence_length = 1"),
+    ];
+    let design = altered(folder.path(), "critical", &changes);
+    let output = gain_gen("report", &design, &["--json"]);
+    assert_eq!(output.status.code(), Some(3));
+    let found = object(&output);
+    let critical = &found["n_crit"];
+    assert_eq!(found["n_min"], 1);
+    assert!(critical.as_u64().is_some_and(|length| length > 1), "{critical}");
+    let stderr = text(&output.stderr);
+    assert!(stderr.contains("Theorem 3.3 b): the recursion does not converge; mean-square rate"), "{stderr}");
+    assert!(
+        stderr.contains(&format!("the shortest length that stabilises is N_crit = {critical}")),
+        "{stderr}"
+    );
+}
+
+#[test]
+fn a_sensor_link_that_loses_too_much_fails_by_theorem_3_4_a() {
+    let folder = tempfile::tempdir().unwrap();
+    let changes = [
+        ("sensor_to_controller.delays = [1.0]", "sensor_to_controller.delays = [0.2, 0, 0, 0.6]"),
+        ("measurement_buffer = 11", "measurement_buffer = 2"),
+    ];
+    let design = altered(folder.path(), "critical", &changes);
+    let output = gain_gen("report", &design, &["--json"]);
+    assert_eq!(output.status.code(), Some(3));
+    assert_eq!(object(&output)["converged"], false);
+    let stderr = text(&output.stderr);
+    assert!(stderr.contains("Theorem 3.4 a): (1 - q_arr) |lambda_max(A)|^2 = 1.8 >= 1"), "{stderr}");
+    assert!(stderr.contains("within the buffer of N^B = 2 steps"), "{stderr}");
+    assert!(stderr.contains("the shortest buffer not ruled out is N^B = 3"), "{stderr}");
+}
+
+#[test]
+fn text_report_gives_the_figures_with_their_units() {
+    let output = gain_gen("report", &example("pendulum"), &[]);
+    assert_eq!(output.status.code(), Some(0));
+    let shown = text(&output.stdout);
+    for part in [
+        "pendulum: sequences of N = 4 inputs, default input zero",
+        "4 states, 1 input, 2 outputs",
+        "sample time         0.02 s",
+        "Stability: stable",
+        "mean-square rate    0.966134",
+        "29.02 steps = 0.5805 s",
+        "34 numbers, 136 bytes",
+        "200 numbers, 800 bytes",
+    ] {
+        assert!(shown.contains(part), "no {part:?} in\n{shown}");
+    }
+    assert!(shown.lines().count() <= 40, "more than a screen");
+}
+
+#[test]
+fn a_wrong_design_names_file_line_and_key_and_leaves_the_output_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    let design = altered(folder.path(), "pendulum", &[("sample_time = 0.02", "sample_time = -1")]);
+    let target = folder.path().join("gains.rs");
+    std::fs::write(&target, "as before").unwrap();
+    let output = gain_gen("emit", &design, &["--to", "rust", "--output", target.to_str().unwrap()]);
+    assert_eq!(output.status.code(), Some(2));
+    let stderr = text(&output.stderr);
+    let text = std::fs::read_to_string(&design).unwrap();
+    let line = 1 + text.lines().position(|line| line.starts_with("sample_time")).unwrap();
+    assert!(stderr.contains(&format!("altered.toml:{line}: plant.sample_time: found")), "{stderr}");
+    assert_eq!(std::fs::read_to_string(&target).unwrap(), "as before");
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2, "something was left behind");
+}
+
+#[test]
+fn a_design_that_cannot_be_stabilised_writes_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let target = folder.path().join("gains.json");
+    let to_target = ["--to", "json", "--sequence-length", "2", "--output", target.to_str().unwrap()];
+    let output = gain_gen("emit", &example("critical"), &to_target);
+    assert_eq!(output.status.code(), Some(3));
+    assert!(text(&output.stderr).contains("Theorem 3.4 b)"), "{}", text(&output.stderr));
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
+}
+
+#[test]
+fn emission_is_the_same_to_the_byte_every_time_and_replaces_what_was_there() {
+    let folder = tempfile::tempdir().unwrap();
+    for format in ["rust", "json"] {
+        let target = folder.path().join(format);
+        std::fs::write(&target, "something else").unwrap();
+        let written: Vec<_> = (0..2)
+            .map(|_| {
+                let options = ["--to", format, "--output", target.to_str().unwrap()];
+                let output = gain_gen("emit", &example("double_integrator"), &options);
+                assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+                assert!(output.stdout.is_empty());
+                std::fs::read(&target).unwrap()
+            })
+            .collect();
+        assert_eq!(written[0], written[1]);
+        assert!(text(&written[0]).contains("double_integrator"));
+    }
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2, "temporary files were left behind");
+}
+
+#[test]
+fn emitted_json_is_the_report_with_model_and_settings() {
+    let folder = tempfile::tempdir().unwrap();
+    let target = folder.path().join("gains.json");
+    let output =
+        gain_gen("emit", &example("pendulum"), &["--to", "json", "--output", target.to_str().unwrap()]);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let written: Value = serde_json::from_slice(&std::fs::read(&target).unwrap()).unwrap();
+    for (field, value) in report("pendulum", &[]).as_object().unwrap() {
+        assert_eq!(&written[field], value, "{field}");
+    }
+    assert_eq!((&written["format"], &written["format_version"]), (&"slqg-gains".into(), &1.into()));
+    assert_eq!((&written["sample_time"], &written["scalar"]), (&0.02.into(), &"f32".into()));
+    assert_eq!((&written["measurement_buffer"], &written["input_limits"]), (&11.into(), &Value::Null));
+    let model = &written["model"];
+    for (field, expected) in [
+        ("a", (4, 4)),
+        ("b", (4, 1)),
+        ("c", (2, 4)),
+        ("process_noise", (4, 4)),
+        ("measurement_noise", (2, 2)),
+        ("initial_covariance", (4, 4)),
+    ] {
+        assert_eq!(shape(&model[field]), expected, "{field}");
+    }
+    assert_eq!(model["initial_mean"], serde_json::json!([0.0, 0.2, 0.0, 0.2]));
+}
+
+#[test]
+fn a_number_that_the_device_cannot_hold_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let design = altered(folder.path(), "pendulum", &[("[0, 0, 0, 0],\n]", "[0, 0, 0, 1e39],\n]")]);
+    let target = folder.path().join("gains.rs");
+    let output = gain_gen("emit", &design, &["--to", "rust", "--output", target.to_str().unwrap()]);
+    assert_eq!(output.status.code(), Some(2));
+    let stderr = text(&output.stderr);
+    assert!(stderr.contains("plant.process_noise") && stderr.contains("controller.scalar"), "{stderr}");
+    assert!(!target.exists());
+}
+
+#[test]
+fn what_cannot_be_read_written_or_understood_is_status_2() {
+    let pendulum = example("pendulum");
+    for (command, design, options, part) in [
+        ("report", &pendulum, &["--sequence-length", "0"][..], "from 1 to 128"),
+        ("report", &pendulum, &["--sequence-length", "129"], "from 1 to 128"),
+        ("report", &pendulum, &["--default-input", "none"], "zero, hold"),
+        ("report", &pendulum, &["--method", "guess"], "in-flight, coupled"),
+        ("report", &PathBuf::from("nowhere.toml"), &[], "nowhere.toml: cannot be read"),
+        ("emit", &pendulum, &["--to", "rust"], "--output"),
+        (
+            "emit",
+            &pendulum,
+            &["--to", "rust", "--output", "/nowhere/gains.rs"],
+            "/nowhere/gains.rs: cannot be written",
+        ),
+        ("advise", &pendulum, &[], "unrecognized subcommand"),
+    ] {
+        let output = gain_gen(command, design, options);
+        let stderr = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{options:?}: {stderr}");
+        assert!(stderr.contains(part), "{options:?}: {stderr}");
+        assert!(output.stdout.is_empty());
+    }
+}

@@ -1,0 +1,209 @@
+//! Generated source is compiled and run: today's generator writes the committed files to the byte, and the laws in
+//! them compute what the solver says.
+
+use gain_gen::design::Design;
+use gain_gen::solve::{LoopProblem, Method, Solution, solve};
+use heapless::Vec;
+use nalgebra::{DMatrix, DVector, SVector};
+use slqg::actuator::Age;
+use slqg::gains::{Gains, Tables};
+use slqg::in_flight::PlayOut;
+use slqg::{DefaultInput, Scalar, Tick};
+use std::path::{Path, PathBuf};
+
+#[allow(dead_code, unreachable_pub)]
+mod pendulum {
+    include!("generated/pendulum.rs");
+}
+
+/// Two inputs, hold, limits, `f64`.
+#[allow(dead_code, unreachable_pub)]
+mod crane {
+    include!("generated/crane.rs");
+}
+
+const DRAWS: usize = 1000;
+
+/// Design file and committed source.
+fn paths() -> [(PathBuf, PathBuf); 2] {
+    let here = Path::new(env!("CARGO_MANIFEST_DIR"));
+    ["../designs/pendulum.toml", "tests/data/crane.toml"].map(|design| {
+        let design = here.join(design);
+        let source = here.join("tests/generated").join(design.file_name().unwrap()).with_extension("rs");
+        (design, source)
+    })
+}
+
+fn solved(design: &Path) -> Solution {
+    solve(&LoopProblem::of(&Design::load(design).unwrap()), Method::InFlight)
+}
+
+/// Numbers within -1 and 1 (splitmix64).
+struct Draws(u64);
+
+impl Draws {
+    fn bits(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    fn vector<T: Scalar, const D: usize>(&mut self) -> SVector<T, D> {
+        SVector::from_fn(|_, _| T::nearest((self.bits() >> 11) as f64 / (1_u64 << 52) as f64 - 1.0))
+    }
+}
+
+fn rounded<T: Scalar>(matrix: &DMatrix<f64>) -> std::vec::Vec<T> {
+    matrix.transpose().iter().map(|&value| T::nearest(value)).collect()
+}
+
+/// Runs `law` on random states, sequences sent and ages, and compares with `at_run_time`, to the bit, and with
+/// the solver's gain for that age, within `tolerance`.
+fn computes_what_the_solver_says<T: Scalar, const NX: usize, const NU: usize, const N: usize>(
+    law: &Gains<'_, T, NX, NU>,
+    at_run_time: &Gains<'_, T, NX, NU>,
+    solution: &Solution,
+    tolerance: f64,
+) {
+    let mode_gains = solution.mode_gains();
+    let mut draws = Draws(1);
+    for draw in 0..DRAWS {
+        let state: SVector<T, NX> = draws.vector();
+        let last_input: SVector<T, NU> = draws.vector();
+        let mode = draws.bits() as usize % (N + 1);
+        let sent: [Vec<SVector<T, NU>, N>; N] =
+            core::array::from_fn(|_| (0..N).map(|_| draws.vector()).collect());
+
+        let age = if mode < N { Age::Steps(mode as u8) } else { Age::Empty };
+        let run = |gains: &Gains<'_, T, NX, NU>| -> Vec<SVector<T, NU>, N> {
+            let mut expected = vec![SVector::zeros(); gains.in_flight()];
+            let arrival = |b, m| gains.arrival(b, m);
+            PlayOut { length: gains.length(), default_input: gains.default_input(), arrival }
+                .expected_inputs(
+                    age,
+                    |a: usize, m: usize| sent[a - 1].get(a + m).copied(),
+                    last_input,
+                    &mut expected,
+                );
+            gains.sequence(&state, &expected)
+        };
+        let sequence = run(law);
+        assert_eq!(sequence, run(at_run_time), "draw {draw}");
+
+        // [x; rho] of thesis (3.26), and with hold the input applied last.
+        let old = (1..N).flat_map(|age| sent[age - 1].iter().skip(age)).flat_map(|input| input.iter());
+        let hold = law.default_input() == DefaultInput::Hold;
+        let augmented = state.iter().chain(old).chain(last_input.iter().filter(|_| hold)).map(|v| v.widen());
+        let augmented = DVector::from_iterator(mode_gains[mode].ncols(), augmented);
+        let exact = &mode_gains[mode] * augmented;
+        let flat = DVector::from_iterator(N * NU, sequence.iter().flat_map(|u| u.iter()).map(|v| v.widen()));
+        assert!((&flat - &exact).amax() <= tolerance * exact.amax().max(1.0), "draw {draw}: {flat} {exact}");
+    }
+}
+
+#[test]
+fn todays_generator_writes_the_committed_sources() {
+    let folder = tempfile::tempdir().unwrap();
+    for (design, source) in paths() {
+        let written = gain_gen::build::compile_into(&design, folder.path()).unwrap();
+        assert_eq!(written.file_name(), source.file_name());
+        assert!(
+            std::fs::read(&written).unwrap() == std::fs::read(&source).unwrap(),
+            "{source} is not what the generator writes today. If the change is wanted:\n\
+             cargo run -p gain-gen -- emit {design} --to rust --output {source}",
+            source = source.display(),
+            design = design.display(),
+        );
+    }
+}
+
+#[test]
+fn rustfmt_leaves_generated_source_as_it_is() {
+    for (_, source) in paths() {
+        // With the project's settings, and from a folder without any.
+        let folder = tempfile::tempdir().unwrap();
+        let copy = folder.path().join("copy.rs");
+        std::fs::copy(&source, &copy).unwrap();
+        for file in [&source, &copy] {
+            let check = std::process::Command::new("rustfmt")
+                .args(["--check", "--edition", "2024"])
+                .arg(file)
+                .output();
+            let Ok(check) = check else {
+                eprintln!("rustfmt is not installed: layout not checked");
+                return;
+            };
+            assert!(check.status.success(), "{}", String::from_utf8_lossy(&check.stdout));
+        }
+    }
+}
+
+#[test]
+fn the_generated_single_precision_law_computes_what_the_solver_says() {
+    let solution = solved(&paths()[0].0);
+    let (lx, m) = (rounded(&solution.law.lx), rounded(&solution.law.m));
+    let arrival: std::vec::Vec<f32> = solution.law.arrival.iter().map(|&r| r as f32).collect();
+    let tables = Tables { lx: &lx, m: &m, arrival: &arrival };
+    let at_run_time = Gains::<f32, 4, 1>::check(4, DefaultInput::Zero, tables).unwrap();
+    assert_eq!(pendulum::GAINS, at_run_time);
+    computes_what_the_solver_says::<_, 4, 1, 4>(&pendulum::GAINS, &at_run_time, &solution, 1e-6);
+}
+
+#[test]
+fn the_generated_double_precision_law_computes_what_the_solver_says() {
+    let solution = solved(&paths()[1].0);
+    let (lx, m) = (rounded(&solution.law.lx), rounded(&solution.law.m));
+    let tables = Tables { lx: &lx, m: &m, arrival: &solution.law.arrival };
+    let at_run_time = Gains::<f64, 3, 2>::check(3, DefaultInput::Hold, tables).unwrap();
+    assert_eq!(crane::GAINS, at_run_time);
+    computes_what_the_solver_says::<_, 3, 2, 3>(&crane::GAINS, &at_run_time, &solution, 1e-13);
+}
+
+#[test]
+fn the_generated_model_is_the_designs() {
+    let plant = Design::load(&paths()[0].0).unwrap().plant;
+    let model = &pendulum::MODEL;
+    assert_eq!(model.a.transpose().as_slice(), rounded::<f32>(&plant.a));
+    assert_eq!(model.b.transpose().as_slice(), rounded::<f32>(&plant.b));
+    assert_eq!(model.c.transpose().as_slice(), rounded::<f32>(&plant.c));
+    assert_eq!(model.process_noise.as_slice(), rounded::<f32>(&plant.process_noise));
+    assert_eq!(model.measurement_noise.as_slice(), rounded::<f32>(&plant.measurement_noise));
+    assert_eq!(model.initial_mean.as_slice(), [0.0, 0.2, 0.0, 0.2]);
+    assert_eq!(model.initial_covariance.as_slice(), rounded::<f32>(&plant.initial_covariance));
+    assert_eq!(pendulum::SAMPLE_TIME, plant.sample_time);
+    assert_eq!(pendulum::ACTUATOR.limits, None);
+    let limits = crane::ACTUATOR.limits.expect("the crane has limits");
+    assert_eq!((limits.min.as_slice(), limits.max.as_slice()), (&[-2.0, 0.0][..], &[2.5, 1.0][..]));
+}
+
+#[test]
+fn generated_nodes_close_the_loop() {
+    let mut controller =
+        pendulum::Controller::new(pendulum::DESIGN, Tick(0)).expect("it is made for the design");
+    let mut actuator = pendulum::Actuator::new(pendulum::ACTUATOR, Tick(0));
+    let mut frame = [0; 256];
+    let sent = controller.cycle(&mut frame).expect("a sequence of four inputs fits").expect("it is finite");
+    actuator.receive(sent).expect("both ends are made for the same design");
+    let expected: Vec<_, 4> = pendulum::GAINS.sequence(&pendulum::MODEL.initial_mean, &[SVector::zeros(); 3]);
+    let applied = actuator.step();
+    assert_eq!((applied.age, applied.input), (Age::Steps(0), expected[0]));
+    assert!(crane::Controller::new(crane::DESIGN, Tick(0)).is_ok());
+}
+
+#[test]
+fn a_build_script_is_told_what_is_wrong() {
+    let folder = tempfile::tempdir().unwrap();
+    let critical = Path::new(env!("CARGO_MANIFEST_DIR")).join("../designs/critical.toml");
+    let short = folder.path().join("short.toml");
+    let text =
+        std::fs::read_to_string(critical).unwrap().replace("sequence_length = 4", "sequence_length = 2");
+    std::fs::write(&short, text).unwrap();
+    let error = gain_gen::build::compile_into(&short, folder.path()).unwrap_err().to_string();
+    assert!(error.contains("short.toml: \"critical\" with N = 2"), "{error}");
+    assert!(error.contains("Theorem 3.4 b)"), "{error}");
+    let error = gain_gen::build::compile_into(&folder.path().join("none.toml"), folder.path()).unwrap_err();
+    assert!(error.to_string().contains("none.toml: cannot be read"), "{error}");
+    assert!(!folder.path().join("short.rs").exists());
+}

@@ -1,0 +1,127 @@
+//! The command line keeps its contract: JSON, exit status, files, determinism.
+
+use assert_cmd::Command;
+use serde_json::Value;
+use std::{fs, path::PathBuf};
+
+fn design(name: &str) -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../designs").join(name)
+}
+
+fn host_sim(arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_host-sim"));
+    command.args(arguments);
+    command
+}
+
+fn run(name: &str, arguments: &[&str]) -> Command {
+    let mut command = host_sim(&["run"]);
+    command.arg(design(name)).args(["--runs", "20", "--steps", "40"]).args(arguments);
+    command
+}
+
+fn stdout(mut command: Command) -> String {
+    String::from_utf8(command.assert().success().get_output().stdout.clone()).expect("UTF-8")
+}
+
+#[test]
+fn json_has_every_field_of_the_contract_and_nothing_else_is_printed() {
+    let text = stdout(run("pendulum.toml", &["--json", "--seed", "5"]));
+    let json: Value = serde_json::from_str(&text).expect("one JSON object");
+    assert_eq!(json["name"], "pendulum");
+    assert_eq!((&json["seed"], &json["runs"], &json["steps"]), (&5.into(), &20.into(), &40.into()));
+    let results = json["results"].as_array().expect("results");
+    assert_eq!(results.len(), 2);
+    assert_eq!((&results[0]["controller"], &results[1]["controller"]), (&"slqg".into(), &"lqg".into()));
+    for result in results {
+        for key in ["mean_cost", "std_error", "median_cost", "p95_cost", "send_rate", "mean_input_age"] {
+            assert!(result[key].is_f64(), "{key} in {result}");
+        }
+        assert!(result["sequence_length"].is_u64() && result["diverged"].is_u64(), "{result}");
+    }
+}
+
+#[test]
+fn the_number_of_threads_changes_no_byte() {
+    let with_threads = |threads: &str| {
+        let mut command = run("double_integrator_bad.toml", &["--json"]);
+        command.env("RAYON_NUM_THREADS", threads);
+        stdout(command)
+    };
+    assert_eq!(with_threads("1"), with_threads("3"));
+}
+
+#[test]
+fn another_seed_gives_other_numbers() {
+    let with_seed = |seed: &str| stdout(run("double_integrator.toml", &["--json", "--seed", seed]));
+    assert_ne!(with_seed("1").replace("\"seed\": 1", ""), with_seed("2").replace("\"seed\": 2", ""));
+}
+
+#[test]
+fn the_sequence_length_can_be_overridden() {
+    let text =
+        stdout(run("double_integrator.toml", &["--controllers", "slqg", "--sequence-length", "2", "--json"]));
+    let json: Value = serde_json::from_str(&text).expect("one JSON object");
+    assert_eq!(json["results"][0]["sequence_length"], 2);
+}
+
+#[test]
+fn a_loop_that_cannot_be_stabilised_exits_with_3() {
+    let assertion = run("critical.toml", &["--sequence-length", "2"]).assert().code(3);
+    let stderr = String::from_utf8_lossy(&assertion.get_output().stderr).into_owned();
+    assert!(stderr.contains("critical.toml") && stderr.contains("stabilise"), "{stderr}");
+}
+
+#[test]
+fn wrong_input_exits_with_2_and_says_why() {
+    let says = |mut command: Command, expected: &str| {
+        let assertion = command.assert().code(2);
+        let stderr = String::from_utf8_lossy(&assertion.get_output().stderr).into_owned();
+        assert!(stderr.contains(expected), "{stderr}");
+        assert!(assertion.get_output().stdout.is_empty());
+    };
+    says(run("missing.toml", &[]), "missing.toml");
+    says(
+        run("pendulum.toml", &["--controllers", "pid"]),
+        "no controller is called `pid`; there are: slqg, lqg",
+    );
+    says(run("pendulum.toml", &["--sequence-length", "0"]), "--sequence-length");
+    says(run("pendulum.toml", &["--sequence-length", "40"]), "controller.sequence_length: found 40");
+}
+
+#[test]
+fn a_network_without_acknowledgements_is_refused_with_its_key() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("radio.toml");
+    let text = fs::read_to_string(design("double_integrator.toml")).expect("the design");
+    fs::write(&path, text.replace("acknowledgement = \"instant\"", "acknowledgement = \"none\""))
+        .expect("written");
+    let assertion = host_sim(&["run"]).arg(&path).assert().code(2);
+    let stderr = String::from_utf8_lossy(&assertion.get_output().stderr).into_owned();
+    assert!(stderr.contains("radio.toml") && stderr.contains("network.acknowledgement"), "{stderr}");
+}
+
+#[test]
+fn the_report_is_one_file_with_pictures_in_it() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("report.html");
+    fs::write(&path, "an older report").expect("written");
+    let mut command = run("pendulum.toml", &["--report"]);
+    stdout({
+        command.arg(&path);
+        command
+    });
+    let html = fs::read_to_string(&path).expect("the report");
+    assert!(html.starts_with("<!doctype html>") && html.ends_with("</html>\n"));
+    assert!(html.matches("<svg").count() >= 6, "distribution, four states, one input");
+    assert!(!html.contains("src=") && !html.contains("href="), "nothing is loaded from elsewhere");
+}
+
+#[test]
+fn a_failed_run_leaves_an_existing_report_alone() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("report.html");
+    fs::write(&path, "an older report").expect("written");
+    run("critical.toml", &["--sequence-length", "1", "--report"]).arg(&path).assert().code(3);
+    assert_eq!(fs::read_to_string(&path).expect("the report"), "an older report");
+}
