@@ -25,6 +25,5 @@ pub(crate) fn demo(workspace: &Workspace) -> Result<()> {
             .args(["--controllers", "slqg,lqg", "--runs", "200", "--steps", "500", "--seed", "1", "--report"])
             .arg(&report),
     )?;
-    println!("report: {}", report.display());
     Ok(())
 }

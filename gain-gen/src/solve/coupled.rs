@@ -17,6 +17,10 @@ use slqg::{DefaultInput, arrival, synthesis};
 struct Mode {
     /// `A-hat`, `n x n`.
     a: DMatrix<f64>,
+    /// `A-hat^T`: nalgebra multiplies by a transposed copy several times faster than by a transposed view.
+    a_transposed: DMatrix<f64>,
+    /// `B-hat^T`.
+    b_transposed: DMatrix<f64>,
     /// `B-hat`, `n x N nu`.
     b: DMatrix<f64>,
     /// `Q-hat`, `n x n`.
@@ -73,7 +77,7 @@ fn modes(problem: &LoopProblem) -> Vec<Mode> {
             let mut of_state = q.view_mut((0, 0), (nx, nx));
             of_state += &problem.q;
             let r = from_sequence.transpose() * &problem.r * &from_sequence;
-            Mode { a, b, q, r }
+            Mode { a_transposed: a.transpose(), b_transposed: b.transpose(), a, b, q, r }
         })
         .collect()
 }
@@ -124,10 +128,10 @@ impl Recursion for CoupledRecursion {
         for (mode, cost_to_go) in self.modes.iter().zip(&self.cost_to_go) {
             let ka = cost_to_go * &mode.a;
             let kb = cost_to_go * &mode.b;
-            state_cost.push(&mode.q + mode.a.tr_mul(&ka));
+            state_cost.push(&mode.q + &mode.a_transposed * &ka);
             // Transposed: a column-major A^T K B is the row-major B^T K A that the core's solve takes.
-            coupling.push(mode.a.tr_mul(&kb));
-            sequence_cost.push(&mode.r + mode.b.tr_mul(&kb));
+            coupling.push(&mode.a_transposed * &kb);
+            sequence_cost.push(&mode.r + &mode.b_transposed * &kb);
         }
         let (mut difference, mut size) = (0.0, 0.0);
         let mut next = Vec::with_capacity(self.modes.len());
@@ -176,7 +180,7 @@ impl Recursion for CoupledRecursion {
             for (row, out) in matrices.iter().zip(to.chunks_exact_mut(size * size)) {
                 let mut sum = DMatrix::zeros(size, size);
                 for (next, probability, closed) in row {
-                    sum += closed.tr_mul(&(&costs[*next] * closed)) * *probability;
+                    sum += closed.transpose() * (&costs[*next] * closed) * *probability;
                 }
                 out.copy_from_slice(((&sum + sum.transpose()) * 0.5).as_slice());
             }
