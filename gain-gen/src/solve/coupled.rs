@@ -158,6 +158,11 @@ impl Recursion for CoupledRecursion {
         self.cost_to_go[0].view((0, 0), (self.states, self.states)).trace()
     }
 
+    /// The reference stays plain value iteration.
+    fn evaluate(&mut self) -> bool {
+        false
+    }
+
     fn rate(&self) -> f64 {
         let closed_loop = |from: usize, to: usize| &self.modes[to].a + &self.modes[to].b * &self.gains[from];
         let size = self.modes[0].a.nrows();
@@ -195,6 +200,7 @@ pub(super) fn solve(problem: &LoopProblem) -> Solution {
     Solution {
         outcome: ending.outcome,
         iterations: ending.iterations,
+        policy_iterations: ending.policy_iterations,
         residual: ending.residual,
         mean_square_rate: ending.mean_square_rate,
         law: in_flight_form(problem, &recursion.gains),

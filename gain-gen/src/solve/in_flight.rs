@@ -2,8 +2,11 @@
 
 use super::{
     LoopProblem, Solution,
+    evaluation::solve_correction,
     iterate::{Recursion, iterate},
+    krylov::norm,
     law::Law,
+    packing::Packing,
     spectral::spectral_radius,
 };
 use crate::stability;
@@ -56,6 +59,27 @@ fn row_major(matrix: &DMatrix<f64>) -> Vec<f64> {
 struct InFlightRecursion<'p, 'w> {
     synthesis: Synthesis<'p, 'w, f64>,
     problem: Problem<'p, f64>,
+    packing: Packing,
+}
+
+/// Accuracy of the cost of given gains, relative to the cost.
+const EVALUATION: f64 = 1e-14;
+
+impl InFlightRecursion<'_, '_> {
+    /// Calls `work` with the linear map of THEORY 5, the step with the present gains and without stage cost, acting on
+    /// packed costs-to-go.
+    fn with_map<R>(&self, work: impl FnOnce(&mut dyn FnMut(&[f64], &mut [f64])) -> R) -> R {
+        let Dimensions { states, inputs, .. } = self.problem.dimensions;
+        let (no_q, no_r) = (vec![0.0; states * states], vec![0.0; inputs * inputs]);
+        let mut workspace = vec![0.0; self.problem.dimensions.workspace_len()];
+        let mut homogeneous = synthesis(Problem { q: &no_q, r: &no_r, ..self.problem }, &mut workspace);
+        homogeneous.set_gains(self.synthesis.gains());
+        work(&mut |from, to| {
+            self.packing.unpack(from, homogeneous.value_mut());
+            homogeneous.fixed_step();
+            self.packing.pack_into(homogeneous.value(), to);
+        })
+    }
 }
 
 impl Recursion for InFlightRecursion<'_, '_> {
@@ -69,19 +93,25 @@ impl Recursion for InFlightRecursion<'_, '_> {
     }
 
     fn rate(&self) -> f64 {
-        let Dimensions { states, inputs, .. } = self.problem.dimensions;
-        let (no_q, no_r) = (vec![0.0; states * states], vec![0.0; inputs * inputs]);
-        let mut workspace = vec![0.0; self.problem.dimensions.workspace_len()];
-        let mut homogeneous = synthesis(Problem { q: &no_q, r: &no_r, ..self.problem }, &mut workspace);
-        homogeneous.set_gains(self.synthesis.gains());
         // Start inside the cone of costs: x^T x, which every mode of the plant shows in.
-        homogeneous.restart(&row_major(&DMatrix::identity(states, states)));
-        let start = homogeneous.value().to_vec();
-        spectral_radius(&start, |from, to| {
-            homogeneous.value_mut().copy_from_slice(from);
-            homogeneous.fixed_step();
-            to.copy_from_slice(homogeneous.value());
-        })
+        let states = self.problem.dimensions.states;
+        let mut start = vec![0.0; self.problem.dimensions.value_len()];
+        start[..states * states].iter_mut().step_by(states + 1).for_each(|entry| *entry = 1.0);
+        self.with_map(|map| spectral_radius(&self.packing.pack(&start), map))
+    }
+
+    fn evaluate(&mut self) -> bool {
+        // One step with the gains held tells how far the cost-to-go is from being theirs.
+        let before = self.packing.pack(self.synthesis.value());
+        self.synthesis.fixed_step();
+        let after = self.packing.pack(self.synthesis.value());
+        let residual: Vec<f64> = after.iter().zip(&before).map(|(after, before)| after - before).collect();
+        let correction = self.with_map(|map| solve_correction(&residual, norm(&after), EVALUATION, map));
+        let found = correction.is_some();
+        let value = before.iter().zip(correction.unwrap_or(residual)).map(|(value, change)| value + change);
+        let value: Vec<f64> = value.collect();
+        self.packing.unpack(&value, self.synthesis.value_mut());
+        found
     }
 }
 
@@ -92,8 +122,11 @@ fn synthesis<'p, 'w>(problem: Problem<'p, f64>, workspace: &'w mut [f64]) -> Syn
 pub(super) fn solve(problem: &LoopProblem) -> Solution {
     let flat = Flat::new(problem);
     let mut workspace = vec![0.0; flat.dimensions.workspace_len()];
-    let mut recursion =
-        InFlightRecursion { synthesis: synthesis(flat.problem(), &mut workspace), problem: flat.problem() };
+    let mut recursion = InFlightRecursion {
+        synthesis: synthesis(flat.problem(), &mut workspace),
+        problem: flat.problem(),
+        packing: Packing::new(&flat.dimensions),
+    };
     recursion.synthesis.restart(&flat.q);
     let ending = iterate(&mut recursion, problem.stage_cost_scale(), stability::runs_dry(problem));
 
@@ -110,6 +143,7 @@ pub(super) fn solve(problem: &LoopProblem) -> Solution {
     Solution {
         outcome: ending.outcome,
         iterations: ending.iterations,
+        policy_iterations: ending.policy_iterations,
         residual: ending.residual,
         mean_square_rate: ending.mean_square_rate,
         coupled_gains: None,

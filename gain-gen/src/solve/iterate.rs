@@ -1,8 +1,11 @@
-//! When a value iteration has converged, and when it never will; the same rules for both solvers.
+//! When an iteration has converged, and when it never will; the same rules for both solvers.
 //!
-//! Convergence is decided by the residual of the fixed-point equation, instability by the mean-square rate of
-//! the gains at hand (THEORY 5) once the cost-to-go has outgrown every stage cost. The number of iterations
-//! decides nothing: where it runs out the outcome says so.
+//! Value iteration converges as fast as the closed loop forgets. Where that is slow, policy iteration takes over as soon
+//! as the gains at hand stabilise: the exact cost of those gains, then one step from there, converges quadratically.
+//!
+//! Convergence is decided by the residual of the fixed-point equation, instability by the mean-square rate of the gains
+//! at hand (THEORY 5) once the cost-to-go has outgrown every stage cost. The number of iterations decides nothing:
+//! where it runs out the outcome says so.
 
 /// How an iteration ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -23,12 +26,15 @@ pub(super) trait Recursion {
     fn size(&self) -> f64;
     /// Mean-square rate of the closed loop with the gains of the last step.
     fn rate(&self) -> f64;
+    /// Replaces the cost-to-go by that of keeping the gains of the last step for ever; false if it cannot.
+    fn evaluate(&mut self) -> bool;
 }
 
 /// Where an iteration got to.
 pub(super) struct Ending {
     pub(super) outcome: Outcome,
     pub(super) iterations: usize,
+    pub(super) policy_iterations: usize,
     pub(super) residual: f64,
     pub(super) mean_square_rate: f64,
 }
@@ -38,53 +44,94 @@ const RESIDUAL: f64 = 1e-13;
 /// Residual that counts when rounding lets it fall no further.
 const ROUNDING_FLOOR: f64 = 1e-11;
 /// Iterations without a smaller residual after which it is at its floor.
-const PATIENCE: usize = 256;
+const PATIENCE: usize = 64;
+/// Residual from which on value iteration polishes what policy iteration found.
+const NEARLY: f64 = 1e-10;
 /// Growth over the stage cost beyond which stage costs no longer influence the gains.
 const OUTGROWN: f64 = 1e14;
 /// The same where a necessary condition for stability is already known to fail.
 const OUTGROWN_WHEN_DOOMED: f64 = 1e6;
 /// First iteration at which the rate is looked at; then at every doubling.
-const FIRST_LOOK: usize = 16;
-/// Allowed iterations: at a rate of 0.99999 convergence takes about three million.
+const FIRST_LOOK: usize = 128;
+/// Iterations between looks where a necessary condition is known to fail.
+const LOOK_WHEN_DOOMED: usize = 16;
+/// Value steps still needed that make policy iteration worth while.
+const WORTH_WHILE: f64 = 200.0;
+/// Policy iterations allowed; they converge quadratically or not at all.
+const MOST_POLICY: usize = 30;
+/// Iterations allowed.
 const MOST: usize = 1 << 22;
 
 /// Steps until an outcome is known. `scale` is that of the stage cost; `doomed` says that a necessary condition for
 /// stability is known to fail.
 pub(super) fn iterate(recursion: &mut impl Recursion, scale: f64, doomed: bool) -> Ending {
     let outgrown = scale * if doomed { OUTGROWN_WHEN_DOOMED } else { OUTGROWN };
+    let mut look = if doomed { LOOK_WHEN_DOOMED } else { FIRST_LOOK };
     let mut stable = false;
-    let mut look = FIRST_LOOK;
+    let mut policy = Policy { active: false, iterations: 0, last_residual: f64::INFINITY };
     let mut smallest = f64::INFINITY;
     let mut stalled = 0;
-    for iterations in 1..=MOST {
+    let mut ending = Ending {
+        outcome: Outcome::Undecided,
+        iterations: 0,
+        policy_iterations: 0,
+        residual: f64::INFINITY,
+        mean_square_rate: f64::INFINITY,
+    };
+    while ending.iterations < MOST {
+        policy.improve(recursion, ending.residual);
         let residual = recursion.step();
-        if residual < smallest {
-            smallest = residual;
-            stalled = 0;
-        } else {
-            stalled += 1;
-        }
-        let end = |outcome, mean_square_rate| Ending { outcome, iterations, residual, mean_square_rate };
+        ending.iterations += 1;
+        ending.policy_iterations = policy.iterations;
+        ending.residual = residual;
+        stalled = if residual < smallest { 0 } else { stalled + 1 };
+        smallest = smallest.min(residual);
         if residual <= RESIDUAL || (residual <= ROUNDING_FLOOR && stalled >= PATIENCE) {
-            let rate = recursion.rate();
+            ending.mean_square_rate = recursion.rate();
             // A cost that does not see an unstable mode converges and stabilises nothing.
-            return end(if rate < 1.0 { Outcome::Converged } else { Outcome::Unstable }, rate);
+            let stabilised = ending.mean_square_rate < 1.0;
+            ending.outcome = if stabilised { Outcome::Converged } else { Outcome::Unstable };
+            return ending;
         }
         if !recursion.size().is_finite() {
-            return end(Outcome::Unstable, f64::INFINITY);
+            ending.outcome = Outcome::Unstable;
+            return ending;
         }
-        if !stable && iterations == look {
+        if !stable && ending.iterations == look {
             let rate = recursion.rate();
             stable = rate < 1.0;
+            policy.active = stable && (RESIDUAL / residual).ln() / rate.ln() > WORTH_WHILE;
             if !stable && recursion.size() > outgrown {
-                return end(Outcome::Unstable, rate);
+                ending.outcome = Outcome::Unstable;
+                ending.mean_square_rate = rate;
+                return ending;
             }
             // A doomed iteration need not run for twice as long as it takes to show it.
-            look += if doomed { FIRST_LOOK } else { look };
-        }
-        if iterations == MOST {
-            return end(Outcome::Undecided, recursion.rate());
+            look += if doomed { LOOK_WHEN_DOOMED } else { look };
         }
     }
-    unreachable!("the loop above returns in its last turn")
+    ending.mean_square_rate = recursion.rate();
+    ending
+}
+
+/// Policy iteration: whether it is on, and how it gets along.
+struct Policy {
+    active: bool,
+    iterations: usize,
+    last_residual: f64,
+}
+
+impl Policy {
+    /// Before a step from a cost-to-go with this residual: replaces it by the cost of its gains, while that helps.
+    fn improve(&mut self, recursion: &mut impl Recursion, residual: f64) {
+        // Quadratic convergence shows at every iteration; what does not even halve the residual is over. From there
+        // value iteration goes on, which is safe wherever it starts.
+        let helps = self.iterations < MOST_POLICY && residual < 0.5 * self.last_residual;
+        self.active &= residual > NEARLY && (self.iterations == 0 || helps);
+        if self.active {
+            self.last_residual = residual;
+            self.active = recursion.evaluate();
+            self.iterations += usize::from(self.active);
+        }
+    }
 }

@@ -5,7 +5,10 @@
 //! | `in_flight` | the project's own form: the core's recursion iterated to its fixed point |
 //! | `coupled` | the thesis' recursion over actuator modes: the reference |
 //! | `iterate` | when an iteration has converged, and when it never will; the same for both |
-//! | `spectral` | spectral radius of a linear map, for the mean-square rate |
+//! | `krylov` | Arnoldi's process, on which the next two stand |
+//! | `spectral` | spectral radius of a linear map: the mean-square rate |
+//! | `evaluation` | fixed point of an affine map: the cost of given gains |
+//! | `packing` | the independent numbers of a cost-to-go |
 //! | `age_chain` | the transition matrix of the actuator's age |
 //! | `law` | gains in both forms, and the way from one to the other |
 //!
@@ -13,9 +16,12 @@
 
 mod age_chain;
 mod coupled;
+mod evaluation;
 mod in_flight;
 mod iterate;
+mod krylov;
 mod law;
+mod packing;
 mod spectral;
 
 use crate::design::{DelayDistribution, Design};
@@ -114,6 +120,8 @@ pub struct Solution {
     pub outcome: Outcome,
     /// Backward steps taken.
     pub iterations: usize,
+    /// Steps that started from the exact cost of the gains before: policy iterations.
+    pub policy_iterations: usize,
     /// Relative residual of the fixed-point equation at the last step.
     pub residual: f64,
     /// Spectral radius of the closed loop's second moments with these gains; below 1 iff mean-square stable. THEORY 5.

@@ -3,66 +3,69 @@
 //! Arnoldi's method: the closed loop's second moments can rotate (complex pairs of eigenvalues close in modulus to
 //! the largest), which plain power iteration mistakes for no convergence.
 
+use super::krylov::Krylov;
 use crate::design::modes;
 use nalgebra::DMatrix;
 
-/// Largest Krylov space built; the maps here have some thousand unknowns and settle within a hundred.
-const LARGEST_SPACE: usize = 320;
-/// Steps between looks at the eigenvalues.
-const LOOK_EVERY: usize = 4;
-/// Relative change between looks that counts as none; it must stay so for [`LOOKS`] looks.
-const SETTLED: f64 = 1e-13;
-const LOOKS: usize = 3;
-/// A new direction shorter than this, relative to the map's image, is rounding: the space is invariant.
-const BREAKDOWN: f64 = 1e-14;
+/// Numbers all basis vectors may hold together: 160 MB.
+const ROOM: usize = 20_000_000;
+/// Basis vectors at least and at most; the maps here settle within a hundred.
+const SPACE: (usize, usize) = (48, 320);
+/// Relative change between looks at the eigenvalues that counts as none.
+const SETTLED: f64 = 1e-12;
+/// Looks in a row at which nothing may have changed.
+const LOOKS: usize = 2;
+/// Spaces built one after the other, each from the direction the last one found to dominate.
+const RESTARTS: usize = 8;
 
 /// Spectral radius of `apply` on the space reached from `start`.
 ///
-/// For a map that leaves a cone of costs invariant and a `start` inside the cone, that is the spectral radius.
+/// For a map that leaves a cone of costs invariant and a `start` inside the cone, that is the spectral radius, and an
+/// eigenvalue itself.
 pub(super) fn spectral_radius(start: &[f64], mut apply: impl FnMut(&[f64], &mut [f64])) -> f64 {
-    let size = start.len();
-    let most = LARGEST_SPACE.min(size);
-    let mut basis: Vec<Vec<f64>> = Vec::with_capacity(most + 1);
-    let mut projected = DMatrix::<f64>::zeros(most + 1, most);
-    let length = norm(start);
-    if length == 0.0 {
-        return 0.0;
-    }
-    basis.push(start.iter().map(|value| value / length).collect());
+    let most = (ROOM / start.len().max(1)).clamp(SPACE.0, SPACE.1).min(start.len());
+    let mut start = start.to_vec();
     let mut radius = 0.0;
     let mut settled = 0;
-    for column in 0..most {
-        let mut image = vec![0.0; size];
-        apply(&basis[column], &mut image);
-        let reached = norm(&image);
-        // Twice is enough: the second pass removes what cancellation left of the first.
-        for _ in 0..2 {
-            for (row, direction) in basis.iter().enumerate() {
-                let along: f64 = direction.iter().zip(&image).map(|(a, b)| a * b).sum();
-                projected[(row, column)] += along;
-                image.iter_mut().zip(direction).for_each(|(value, part)| *value -= along * part);
+    for _ in 0..RESTARTS {
+        let Some(mut space) = Krylov::new(&start, most) else { return 0.0 };
+        // Eigenvalues of a small matrix cost more than an application: look ever less often.
+        let mut look = 8;
+        while space.can_grow() {
+            space.grow(&mut apply);
+            if space.dimension() < look && space.can_grow() {
+                continue;
             }
-        }
-        let rest = norm(&image);
-        let invariant = rest <= BREAKDOWN * reached;
-        if invariant || column + 1 == most || (column + 1) % LOOK_EVERY == 0 {
-            // A look at which the eigenvalues do not settle is passed over; the next has one row more.
-            if let Some(looked) = modulus(&projected.view((0, 0), (column + 1, column + 1)).into_owned()) {
-                settled = if (looked - radius).abs() <= SETTLED * looked { settled + 1 } else { 0 };
-                radius = looked;
+            look += look / 4;
+            // A look at which the eigenvalues do not settle is passed over; the next has a larger matrix.
+            if let Some(found) = modulus(&space.projected().into_owned()) {
+                settled = if (found - radius).abs() <= SETTLED * found { settled + 1 } else { 0 };
+                radius = found;
             }
-            if invariant || settled >= LOOKS {
+            if settled >= LOOKS {
                 return radius;
             }
         }
-        projected[(column + 1, column)] = rest;
-        basis.push(image.into_iter().map(|value| value / rest).collect());
+        if space.dimension() < most {
+            return radius;
+        }
+        start = space.combine(&dominant(&space.projected().into_owned(), radius));
     }
     radius
 }
 
-fn norm(vector: &[f64]) -> f64 {
-    vector.iter().map(|value| value * value).sum::<f64>().sqrt()
+/// Coordinates of the direction that `projected` stretches by `radius`, by inverse iteration.
+fn dominant(projected: &DMatrix<f64>, radius: f64) -> Vec<f64> {
+    let size = projected.nrows();
+    // Just beside the eigenvalue, so that the matrix can be factored.
+    let shifted = projected - DMatrix::identity(size, size) * (radius * (1.0 + 1e-10));
+    let factors = shifted.lu();
+    let mut direction = nalgebra::DVector::from_element(size, 1.0);
+    for _ in 0..3 {
+        let Some(next) = factors.solve(&direction) else { break };
+        direction = next.normalize();
+    }
+    direction.as_slice().to_vec()
 }
 
 /// Largest modulus of the eigenvalues of a square matrix; `None` if the iteration for them does not converge.

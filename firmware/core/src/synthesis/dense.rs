@@ -41,6 +41,21 @@ pub(super) fn add_transposed_product<T: Scalar>(
     }
 }
 
+/// Sum of products. Four partial sums, each in index order, added pairwise: as deterministic as one, and four times
+/// as fast where additions take several cycles.
+pub(super) fn dot<T: Scalar>(a: &[T], b: &[T]) -> T {
+    let (a_fours, b_fours) = (a.chunks_exact(4), b.chunks_exact(4));
+    let rest = a_fours.remainder().iter().zip(b_fours.remainder());
+    let rest = rest.fold(T::zero(), |sum, (a, b)| sum + *a * *b);
+    let mut sums = [T::zero(); 4];
+    for (a, b) in a_fours.zip(b_fours) {
+        for (sum, (a, b)) in sums.iter_mut().zip(a.iter().zip(b)) {
+            *sum += *a * *b;
+        }
+    }
+    (sums[0] + sums[1]) + (sums[2] + sums[3]) + rest
+}
+
 /// `out += scale * row`.
 pub(super) fn add_scaled<T: Scalar>(out: &mut [T], scale: T, row: &[T]) {
     for (value, term) in out.iter_mut().zip(row) {

@@ -11,7 +11,7 @@
 //! `N_t` is zero in rows and columns before `t` (nothing in flight is told before its time), so sums over `t` run over
 //! `m, m2 >= t` only.
 
-use super::dense::{add_product, add_scaled, add_transposed_product};
+use super::dense::{add_product, add_scaled, add_transposed_product, mirror_upper};
 use super::{Dimensions, Problem};
 use crate::{DefaultInput, Scalar, arrival};
 
@@ -59,63 +59,77 @@ impl<'w, T: Scalar> Products<'w, T> {
     }
 }
 
-/// The link as the recursion sees it.
-pub(super) struct Link<'p, T> {
-    survival: &'p [T],
-    dimensions: Dimensions,
+/// Writes `g(m + 1)` for every stacked in-flight input: how likely a packet sent now is still under way when the input
+/// it leaves behind would be applied.
+pub(super) fn fill_later<T: Scalar>(survival: &[T], dimensions: &Dimensions, later: &mut [T]) {
+    for (row, value) in later.iter_mut().enumerate() {
+        *value = arrival::truncated(survival, row / dimensions.inputs + 1);
+    }
 }
 
-impl<'p, T: Scalar> Link<'p, T> {
-    pub(super) fn new(survival: &'p [T], dimensions: Dimensions) -> Self {
-        Self { survival, dimensions }
-    }
+/// The link as the recursion sees it.
+pub(super) struct Link<'a, T> {
+    pub(super) survival: &'a [T],
+    pub(super) dimensions: Dimensions,
+    /// From [`fill_later`]; falls from entry to entry.
+    pub(super) later: &'a [T],
+}
 
+impl<T: Scalar> Link<'_, T> {
     /// `g(d)`, constant from `d = N - 1` on: a packet later than that is useless.
     fn g(&self, d: usize) -> T {
         arrival::truncated(self.survival, d)
     }
 
-    /// `Z`: where in-flight input `m` stands one cycle earlier; `None` past the end with zero default.
-    fn earlier(&self, m: usize) -> Option<usize> {
-        let count = self.dimensions.in_flight();
+    /// `Z` on stacked inputs: where entry `row` stands one cycle earlier; `None` past the end with zero default.
+    fn earlier(&self, row: usize) -> Option<usize> {
+        let nu = self.dimensions.inputs;
         match self.dimensions.default_input {
-            DefaultInput::Zero => (m + 1 < count).then_some(m + 1),
-            DefaultInput::Hold => Some((m + 1).min(count - 1)),
+            _ if row + nu < self.later.len() => Some(row + nu),
+            DefaultInput::Zero => None,
+            DefaultInput::Hold => Some(row),
         }
     }
 
-    /// `E`: which input of the sequence becomes in-flight input `m`.
-    fn left_for(&self, m: usize) -> usize {
-        (m + 1).min(self.dimensions.length - 1)
+    /// `E` on stacked inputs: which entry of the sequence becomes entry `row` in flight.
+    fn left_for(&self, row: usize) -> usize {
+        let nu = self.dimensions.inputs;
+        if row + nu < self.dimensions.sequence_rows() { row + nu } else { row }
     }
 
     /// What stands between `E^T` and `E` in `Rbar`, and between `E^T` and `Z` in `Gv`; both `n_v nu` square.
     pub(super) fn in_flight_cost(&self, y: &[T], n: &[T], quadratic: &mut [T], linear: &mut [T]) {
         let nu = self.dimensions.inputs;
-        let v = self.dimensions.in_flight_rows();
+        let v = self.later.len();
         let (zero, one) = (T::zero(), T::one());
         for row in 0..v {
-            for column in 0..v {
-                let (g_row, g_column) = (self.g(row / nu + 1), self.g(column / nu + 1));
-                let entry = y[row * v + column];
-                quadratic[row * v + column] = (one - g_row.max(g_column)) * entry;
-                linear[row * v + column] = (g_column - g_row).max(zero) * entry;
+            let g_row = self.later[row];
+            let of_row = row * v..(row + 1) * v;
+            let out = quadratic[of_row.clone()].iter_mut().zip(&mut linear[of_row.clone()]);
+            for ((quadratic, linear), (entry, g_column)) in out.zip(y[of_row].iter().zip(self.later)) {
+                *quadratic = (one - g_row.max(*g_column)) * *entry;
+                *linear = (*g_column - g_row).max(zero) * *entry;
             }
         }
         for (t, told) in n.chunks_exact((v * v).max(1)).enumerate() {
             let g_t = self.g(t);
             let known = one - g_t;
-            for row in t * nu..v {
-                let g_row = self.g(row / nu + 1);
-                let arrives = if g_t > zero { (g_t - g_row) / g_t } else { zero };
-                for column in t * nu..v {
-                    let g_column = self.g(column / nu + 1);
-                    let entry = told[row * v + column];
-                    quadratic[row * v + column] -= (known + arrives * (g_t - g_column)) * entry;
-                    linear[row * v + column] -= arrives * g_column * entry;
+            let first = t * nu;
+            for row in first..v {
+                let arrives = if g_t > zero { (g_t - self.later[row]) / g_t } else { zero };
+                let from = row * v;
+                // Rbar is symmetric: its upper triangle is enough, and mirrored below.
+                let entries = told[from + row..from + v].iter().zip(&self.later[row..]);
+                for (out, (entry, g_column)) in quadratic[from + row..from + v].iter_mut().zip(entries) {
+                    *out -= (known + arrives * (g_t - *g_column)) * *entry;
+                }
+                let entries = told[from + first..from + v].iter().zip(&self.later[first..]);
+                for (out, (entry, g_column)) in linear[from + first..from + v].iter_mut().zip(entries) {
+                    *out -= arrives * *g_column * *entry;
                 }
             }
         }
+        mirror_upper(quadratic, v);
     }
 
     /// `Rbar = q0 J^T R_B J + q0 (J^T B^T S E + E^T S^T B J) + E^T inner E`.
@@ -128,17 +142,16 @@ impl<'p, T: Scalar> Link<'p, T> {
         for i in 0..nu {
             add_scaled(&mut out[i * rows..i * rows + nu], at_once, &products.rb[i * nu..(i + 1) * nu]);
             for column in 0..v {
-                let later = self.left_for(column / nu) * nu + column % nu;
+                let later = self.left_for(column);
                 let coupling = at_once * products.bts[i * v + column];
                 out[i * rows + later] += coupling;
                 out[later * rows + i] += coupling;
             }
         }
         for row in 0..v {
-            let out_row = self.left_for(row / nu) * nu + row % nu;
+            let out_row = self.left_for(row) * rows;
             for column in 0..v {
-                let out_column = self.left_for(column / nu) * nu + column % nu;
-                out[out_row * rows + out_column] += inner[row * v + column];
+                out[out_row + self.left_for(column)] += inner[row * v + column];
             }
         }
     }
@@ -162,19 +175,18 @@ impl<'p, T: Scalar> Link<'p, T> {
             }
         }
         for row in 0..v {
-            let m = row / nu;
-            let out_row = &mut out[(self.left_for(m) * nu + row % nu) * columns..][..columns];
-            let by_then = T::one() - self.g(m + 1);
+            let out_row = &mut out[self.left_for(row) * columns..][..columns];
+            let by_then = T::one() - self.later[row];
             for (state, entry) in out_row[..nx].iter_mut().enumerate() {
                 *entry += by_then * products.ats[state * v + row];
             }
-            let meanwhile = self.g(0) - self.g(m + 1);
+            let meanwhile = self.g(0) - self.later[row];
             for j in 0..nu {
                 out_row[nx + j] += meanwhile * products.bts[j * v + row];
             }
             for column in 0..v {
-                if let Some(earlier) = self.earlier(column / nu) {
-                    out_row[nx + earlier * nu + column % nu] += inner[row * v + column];
+                if let Some(earlier) = self.earlier(column) {
+                    out_row[nx + earlier] += inner[row * v + column];
                 }
             }
         }
@@ -198,15 +210,16 @@ impl<'p, T: Scalar> Link<'p, T> {
             }
         }
         for column in 0..v {
-            if let Some(earlier) = self.earlier(column / nu) {
-                out[earlier * nu + column % nu] += self.g(column / nu + 1) * products.ats[row * v + column];
+            if let Some(earlier) = self.earlier(column) {
+                out[earlier] += self.later[column] * products.ats[row * v + column];
             }
         }
     }
 
     /// `Z^T (D Y o (1 - max(c_m, c_m2))) Z`.
     pub(super) fn shift_fresh(&self, y: &[T], out: &mut [T]) {
-        self.shift(0, y, out, |m, m2| self.g(m.max(m2) + 1));
+        // `later` falls, so that of the later of two inputs is the smaller one.
+        self.shift(0, y, out, |g_row, g_column| g_row.min(g_column));
     }
 
     /// Adds `D V0^T R_B V0 + sym(D V0^T B^T S (I - C) Z)`.
@@ -216,9 +229,8 @@ impl<'p, T: Scalar> Link<'p, T> {
         for i in 0..nu.min(v) {
             add_scaled(&mut out[i * v..i * v + nu], self.g(0), &products.rb[i * nu..(i + 1) * nu]);
             for column in 0..v {
-                if let Some(earlier) = self.earlier(column / nu) {
-                    let coupling = self.g(column / nu + 1) * products.bts[i * v + column];
-                    let earlier = earlier * nu + column % nu;
+                if let Some(earlier) = self.earlier(column) {
+                    let coupling = self.later[column] * products.bts[i * v + column];
                     out[i * v + earlier] += coupling;
                     out[earlier * v + i] += coupling;
                 }
@@ -229,22 +241,38 @@ impl<'p, T: Scalar> Link<'p, T> {
     /// `Z^T [ D (1 - e_t) (I - C_t) N_t (I - C_t) ] Z`.
     pub(super) fn shift_told(&self, t: usize, told: &[T], out: &mut [T]) {
         let g_t = self.g(t);
-        self.shift(t, told, out, |m, m2| {
-            if g_t > T::zero() { self.g(m + 1) * (self.g(m2 + 1) / g_t) } else { T::zero() }
-        });
+        if g_t > T::zero() {
+            self.shift(t, told, out, |g_row, g_column| g_row * (g_column / g_t));
+        } else {
+            out.fill(T::zero());
+        }
     }
 
-    /// `Z^T (weight o matrix) Z` for a matrix that is zero before `first`.
-    fn shift(&self, first: usize, matrix: &[T], out: &mut [T], weight: impl Fn(usize, usize) -> T) {
+    /// `Z^T (weight o matrix) Z` for a matrix that is zero before in-flight input `first`; `weight` takes `g` of row and
+    /// column.
+    fn shift(&self, first: usize, matrix: &[T], out: &mut [T], weight: impl Fn(T, T) -> T) {
         let nu = self.dimensions.inputs;
-        let v = self.dimensions.in_flight_rows();
+        let v = self.later.len();
+        let first = first * nu;
         out.fill(T::zero());
-        for row in first * nu..v {
-            let Some(out_row) = self.earlier(row / nu) else { continue };
-            for column in first * nu..v {
-                let Some(out_column) = self.earlier(column / nu) else { continue };
-                out[(out_row * nu + row % nu) * v + out_column * nu + column % nu] +=
-                    weight(row / nu, column / nu) * matrix[row * v + column];
+        for row in first..v {
+            let Some(out_row) = self.earlier(row) else { break };
+            let g_row = self.later[row];
+            let (from, to) = (row * v, out_row * v);
+            // With zero default what would pass the end is gone; with hold it stays where it is.
+            let moving = first..v.saturating_sub(nu).max(first);
+            let staying = match self.dimensions.default_input {
+                DefaultInput::Zero => v..v,
+                DefaultInput::Hold => moving.end..v,
+            };
+            let source = matrix[from..][moving.clone()].iter().zip(&self.later[moving.clone()]);
+            let target = &mut out[to + nu..][moving];
+            for (out, (entry, g_column)) in target.iter_mut().zip(source) {
+                *out += weight(g_row, *g_column) * *entry;
+            }
+            let source = matrix[from..][staying.clone()].iter().zip(&self.later[staying.clone()]);
+            for (out, (entry, g_column)) in out[to..][staying].iter_mut().zip(source) {
+                *out += weight(g_row, *g_column) * *entry;
             }
         }
     }

@@ -71,6 +71,7 @@ impl Dimensions {
             + 2 * rows * columns                            // G = [Gx Gv], gains
             + columns * columns                             // what the gains do to the cost
             + 2 * v * v                                     // one step of Y and N
+            + v                                             // survival by in-flight input
             + nx * nx + nx * nu + nu * nu + nx * v + nu * v // products with A and B
     }
 }

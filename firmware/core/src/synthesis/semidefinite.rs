@@ -5,7 +5,7 @@
 //! before it is factored with diagonal pivoting: an input that is applied once in 1e20 cycles then gets its
 //! gain as accurately as the first one, and an input without effect gets zero.
 
-use super::dense::add_scaled;
+use super::dense::{add_scaled, dot};
 use crate::Scalar;
 
 /// Numbers a [`SemidefiniteFactor`] of `size` rows needs as workspace.
@@ -80,11 +80,9 @@ impl<'w, T: Scalar> SemidefiniteFactor<'w, T> {
                 continue;
             }
             let upper = if i < pivot { i * size + pivot } else { pivot * size + i };
-            let mut entry = matrix[upper] * self.scale[i] * self.scale[pivot];
-            for j in 0..column {
-                entry -= self.factor[i * size + j] * self.factor[pivot * size + j];
-            }
-            let value = entry / diagonal;
+            let entry = matrix[upper] * self.scale[i] * self.scale[pivot];
+            let eliminated = dot(&self.factor[i * size..][..column], &self.factor[pivot * size..][..column]);
+            let value = (entry - eliminated) / diagonal;
             self.factor[i * size + column] = value;
             self.remaining[i] -= value * value;
         }
