@@ -6,7 +6,7 @@
 
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{Parser, Subcommand, ValueEnum};
 
 use crate::workspace::Workspace;
 
@@ -47,6 +47,18 @@ enum Task {
     },
     /// Build the images for the reference board and show how much memory they take
     Size,
+    /// Measure, in ratios within one run on one thread
+    Bench {
+        /// What to measure
+        what: Bench,
+    },
+}
+
+/// What can be measured.
+#[derive(Clone, Copy, ValueEnum)]
+enum Bench {
+    /// Time to compute gains: in-flight against coupled, and growth with the sequence length
+    Gains,
 }
 
 fn main() -> ExitCode {
@@ -66,5 +78,8 @@ fn perform(task: &Task) -> Result<()> {
         Task::Test => checks::test(&workspace),
         Task::Firmware { run } => firmware::firmware(&workspace, *run),
         Task::Size => size::size(&workspace),
+        Task::Bench { what: Bench::Gains } => {
+            process::run(workspace.cargo().args(["bench", "--quiet", "-p", "gain-gen", "--bench", "gains"]))
+        }
     }
 }
