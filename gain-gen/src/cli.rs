@@ -4,10 +4,13 @@
 //! file named, everything else to stderr.
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use gain_gen::certificate::NotCertified;
 use gain_gen::design::{Design, DesignError, LONGEST_SEQUENCE};
-use gain_gen::emit::{self, EmitError, WriteError};
+use gain_gen::emit::{self, EmitError, Format, Output, WriteError};
+use gain_gen::lengths::Lengths;
 use gain_gen::report::{NotStabilised, Report};
 use gain_gen::solve::Method;
+use gain_gen::sweep::Sweep;
 use slqg::DefaultInput;
 use std::io::{self, IsTerminal, Write};
 use std::ops::RangeInclusive;
@@ -40,6 +43,31 @@ enum Command {
         /// Print one JSON object with all tables instead of text
         #[arg(long)]
         json: bool,
+        /// Add how much more loss, delay and input gain the loop bears: a minute or more for N = 20
+        #[arg(long)]
+        margins: bool,
+        /// Write a proof of stability to this file, as JSON that anybody can check
+        #[arg(long, value_name = "FILE")]
+        certificate: Option<PathBuf>,
+    },
+    /// Compare sequence lengths: stability, cost and size of the tables for each
+    ///
+    /// The status is 0 if any of the lengths stabilises the loop.
+    Sweep {
+        /// Design file (TOML); its sequence length does not matter
+        design: PathBuf,
+        /// Lengths, 1 to 128: 4, 1..=12, 1..13 or 1,2,4,8
+        #[arg(long, value_name = "RANGE")]
+        lengths: Lengths,
+        /// What the actuator applies when its buffer has run out, instead of the design's
+        #[arg(long, value_enum)]
+        default_input: Option<SweptInputName>,
+        /// Print one JSON object instead of a table
+        #[arg(long)]
+        json: bool,
+        /// Also draw cost, rate and size over the length, as SVG
+        #[arg(long, value_name = "FILE.svg")]
+        plot: Option<PathBuf>,
     },
     /// Write the gains, the plant and the settings of both nodes to a file
     ///
@@ -47,10 +75,10 @@ enum Command {
     Emit {
         #[command(flatten)]
         source: Source,
-        /// What to write: a source to include in a no_std crate, or JSON
+        /// What to write
         #[arg(long, value_enum)]
         to: FormatName,
-        /// File to write
+        /// File to write; for C the header, which ends in .h
         #[arg(long, value_name = "FILE")]
         output: PathBuf,
     },
@@ -78,6 +106,16 @@ enum DefaultInputName {
 }
 
 #[derive(Clone, Copy, ValueEnum)]
+enum SweptInputName {
+    /// Zero input
+    Zero,
+    /// The input applied last
+    Hold,
+    /// One after the other, in one table
+    Both,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
 enum MethodName {
     /// The project's own recursion: small and fast
     InFlight,
@@ -89,8 +127,12 @@ enum MethodName {
 enum FormatName {
     /// Rust source to include in a no_std crate that depends on slqg
     Rust,
+    /// C99: a header, and beside it a source that ends in .c instead of .h
+    C,
     /// The report's JSON with the plant's model and the settings of both nodes
     Json,
+    /// Bytes with a checksum, which slqg::blob loads at run time: the gains alone
+    Blob,
 }
 
 /// What ends a command early.
@@ -103,6 +145,8 @@ enum Failure {
     #[error(transparent)]
     NotStabilised(#[from] NotStabilised),
     #[error(transparent)]
+    NotCertified(#[from] NotCertified),
+    #[error(transparent)]
     Write(#[from] WriteError),
     #[error("stdout: cannot be written: {0}")]
     Stdout(#[from] io::Error),
@@ -111,10 +155,8 @@ enum Failure {
 impl Failure {
     fn status(&self) -> u8 {
         match self {
-            Self::NotStabilised(_) | Self::Emit(EmitError::NotStabilised(_)) => 3,
-            Self::Design(_) | Self::Emit(EmitError::OutOfRange { .. }) | Self::Write(_) | Self::Stdout(_) => {
-                2
-            }
+            Self::NotStabilised(_) | Self::NotCertified(_) | Self::Emit(EmitError::NotStabilised(_)) => 3,
+            Self::Design(_) | Self::Emit(_) | Self::Write(_) | Self::Stdout(_) => 2,
         }
     }
 }
@@ -122,7 +164,12 @@ impl Failure {
 /// Reads the command line, does what it asks and returns the exit status.
 pub(crate) fn run() -> ExitCode {
     let outcome = match Cli::parse().command {
-        Command::Report { source, method, json } => report(&source, method, json),
+        Command::Report { source, method, json, margins, certificate } => {
+            report(&source, method, json, margins, certificate.as_deref())
+        }
+        Command::Sweep { design, lengths, default_input, json, plot } => {
+            sweep(&design, &lengths, default_input, json, plot.as_deref())
+        }
         Command::Emit { source, to, output } => emit(&source, to, &output),
     };
     match outcome {
@@ -134,51 +181,104 @@ pub(crate) fn run() -> ExitCode {
     }
 }
 
-fn report(source: &Source, method: MethodName, json: bool) -> Result<(), Failure> {
+fn report(
+    source: &Source,
+    method: MethodName,
+    json: bool,
+    margins: bool,
+    certificate: Option<&Path>,
+) -> Result<(), Failure> {
     let method = match method {
         MethodName::InFlight => Method::InFlight,
         MethodName::Coupled => Method::Coupled,
     };
-    let report = solved(&source.load()?, method);
+    let mut report = solved(&source.load()?, method);
+    if margins {
+        report.find_margins();
+    }
+    if let Some(path) = certificate {
+        report.certify()?;
+        if let Some(text) = report.certificate_json() {
+            emit::write(path, &text)?;
+        }
+    }
     print(&if json { report.to_json() } else { report.to_string() })?;
     Ok(report.require_stable()?)
 }
 
+fn sweep(
+    design: &Path,
+    lengths: &Lengths,
+    default_input: Option<SweptInputName>,
+    json: bool,
+    plot: Option<&Path>,
+) -> Result<(), Failure> {
+    let mut design = Design::load(design)?;
+    let default_inputs = match default_input {
+        None => vec![design.controller.default_input],
+        Some(SweptInputName::Zero) => vec![DefaultInput::Zero],
+        Some(SweptInputName::Hold) => vec![DefaultInput::Hold],
+        Some(SweptInputName::Both) => vec![DefaultInput::Zero, DefaultInput::Hold],
+    };
+    let lengths = lengths.as_slice();
+    let told = format!("solving {:?} for {} lengths", design.name, lengths.len());
+    let sweep = watched(&told, || Sweep::new(&design, lengths, &default_inputs));
+    if let Some(path) = plot {
+        emit::write(path, &sweep.to_svg())?;
+    }
+    print(&if json { sweep.to_json() } else { sweep.to_string() })?;
+    if sweep.is_any_stable() {
+        return Ok(());
+    }
+    // Why not: what the longest of them fails by.
+    design.set_sequence_length(*lengths.last().expect("lengths are never empty"));
+    design.controller.default_input = *default_inputs.last().expect("one default input at least");
+    Ok(solved(&design, Method::InFlight).require_stable()?)
+}
+
 fn emit(source: &Source, to: FormatName, output: &Path) -> Result<(), Failure> {
-    let format = match to {
-        FormatName::Rust => emit::Format::Rust,
-        FormatName::Json => emit::Format::Json,
+    let output = match to {
+        FormatName::Rust => Output::text(Format::Rust, output),
+        FormatName::C => Output::c(output)?,
+        FormatName::Json => Output::text(Format::Json, output),
+        FormatName::Blob => Output::blob(output),
     };
     let report = solved(&source.load()?, Method::InFlight);
     let origin = source.design.file_name().unwrap_or_default().to_string_lossy();
-    Ok(emit::write(output, &emit::emit(&report, &origin, format)?)?)
+    Ok(emit::write_all(&output.files(&report, &origin)?)?)
 }
 
 /// The report; while it is made, a line on the terminal says so.
 fn solved(design: &Design, method: Method) -> Report {
-    let length = design.controller.sequence_length;
-    let watched = io::stderr().is_terminal();
-    if watched {
-        eprint!("solving {:?} for N = {length} ..", design.name);
+    let told = format!("solving {:?} for N = {}", design.name, design.controller.sequence_length);
+    watched(&told, || Report::new(design, method))
+}
+
+/// What `work` makes; meanwhile, a line on the terminal tells what is done.
+fn watched<T>(told: &str, work: impl FnOnce() -> T) -> T {
+    let is_watched = io::stderr().is_terminal();
+    if is_watched {
+        eprint!("{told} ..");
     }
-    let report = Report::new(design, method);
-    if watched {
+    let made = work();
+    if is_watched {
         // Back to the start of the line, and erase it.
         eprint!("\r\x1b[2K");
     }
-    report
+    made
 }
 
 impl Source {
     fn load(&self) -> Result<Design, DesignError> {
         let mut design = Design::load(&self.design)?;
-        if let Some(length) = self.sequence_length {
-            design.controller.sequence_length = length;
-        }
         match self.default_input {
             None => {}
-            Some(DefaultInputName::Zero) => design.controller.default_input = DefaultInput::Zero,
-            Some(DefaultInputName::Hold) => design.controller.default_input = DefaultInput::Hold,
+            // A length that the design leaves open is chosen anew.
+            Some(DefaultInputName::Zero) => design.set_default_input(DefaultInput::Zero),
+            Some(DefaultInputName::Hold) => design.set_default_input(DefaultInput::Hold),
+        }
+        if let Some(length) = self.sequence_length {
+            design.set_sequence_length(length);
         }
         Ok(design)
     }

@@ -1,9 +1,14 @@
 //! From a design file (plant, cost, measured link) to optimal gains, a stability verdict and generated source.
 
 pub mod build;
+pub mod certificate;
 pub mod design;
 pub mod discretise;
 pub mod emit;
+pub mod estimation;
+pub mod lengths;
+pub mod margins;
 pub mod report;
 pub mod solve;
 pub mod stability;
+pub mod sweep;

@@ -2,7 +2,7 @@
 //!
 //! Whether given gains stabilise is decided by their mean-square rate, in [`crate::solve`].
 
-use crate::design::{DelayDistribution, Plant};
+use crate::design::{DelayDistribution, LONGEST_SEQUENCE, Plant};
 use crate::solve::{LoopProblem, Method, modulus, solve};
 use nalgebra::DMatrix;
 
@@ -42,7 +42,7 @@ pub fn shortest_admissible_length(problem: &LoopProblem) -> Option<usize> {
 /// Looks from `N_min` to some lengths beyond the problem's own; `None` if none of them stabilises.
 pub fn critical_length(problem: &LoopProblem) -> Option<usize> {
     let shortest = shortest_admissible_length(problem)?;
-    let longest = shortest.max(problem.length) + LENGTHS_BEYOND;
+    let longest = (shortest.max(problem.length) + LENGTHS_BEYOND).min(LONGEST_SEQUENCE);
     (shortest..=longest)
         .find(|&length| solve(&problem.with_length(length), Method::InFlight).is_stabilising())
 }

@@ -24,7 +24,7 @@ const DIVERGED: f64 = 1e6;
 /// What one run came to.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RunResult {
-    /// Thesis (3.16): sum of `x^T Q x + u^T R u` over the run, and `x_K^T Q x_K` at its end.
+    /// Thesis (3.16): sum of `x^T Q x + u^T R u` over the run, and `x_K^T Q_K x_K` at its end.
     pub cost: f64,
     /// Whether the state left 1e6 times its initial or noise scale.
     pub diverged: bool,
@@ -138,7 +138,7 @@ pub fn run<T: SimScalar, const NX: usize, const NU: usize, const NY: usize>(
         actuator_link.next_cycle();
     }
     let last = plant.state();
-    result.cost += last.dot(&(fitted.q * last));
+    result.cost += last.dot(&(fitted.terminal * last));
     result.rejected = u64::from(controller.counts().rejected_frames) + u64::from(actuator.rejected_frames());
     result
 }

@@ -136,6 +136,8 @@ pub struct Fitted<T: Scalar, const NX: usize, const NU: usize, const NY: usize> 
     pub plant: TruePlant<NX, NU, NY>,
     /// State weight, of the size class.
     pub q: SMatrix<f64, NX, NX>,
+    /// Terminal weight, of the size class.
+    pub terminal: SMatrix<f64, NX, NX>,
     /// Input weight, of the size class.
     pub r: SMatrix<f64, NU, NU>,
 }
@@ -194,6 +196,7 @@ impl<T: SimScalar, const NX: usize, const NU: usize, const NY: usize> Fitted<T, 
             measurement_buffer: contender.measurement_buffer,
             plant: TruePlant::new(plant),
             q: padded(&design.cost.q),
+            terminal: padded(&design.cost.terminal),
             r: padded(&design.cost.r),
         }
     }

@@ -37,6 +37,8 @@ pub enum InvalidDesign {
     DefaultInput,
     /// Measurements may be later than the controller's memory of `H` cycles reaches back.
     MeasurementBuffer,
+    /// Gains for sequences of another length than those in flight.
+    Length,
 }
 
 /// Why a frame changed nothing.
@@ -121,6 +123,21 @@ impl<'a, T: Scalar, const NX: usize, const NU: usize, const NY: usize, const N: 
             counts: Counts::default(),
             design,
         })
+    }
+
+    /// Replaces the control law from the next cycle on: for time-varying gains, or gains for a link that has changed.
+    ///
+    /// # Errors
+    /// If the gains are for sequences of another length or for another default input; the law stays as it was.
+    pub fn set_gains(&mut self, gains: Gains<'a, T, NX, NU>) -> Result<(), InvalidDesign> {
+        if gains.length() != self.design.gains.length() {
+            return Err(InvalidDesign::Length);
+        }
+        if gains.default_input() != self.design.actuator.default_input {
+            return Err(InvalidDesign::DefaultInput);
+        }
+        self.design.gains = gains;
+        Ok(())
     }
 
     /// The cycle that [`Controller::cycle`] will run next.

@@ -63,6 +63,47 @@ impl core::fmt::Display for InvalidGains {
 
 impl core::error::Error for InvalidGains {}
 
+impl<T> Tables<'_, T> {
+    /// Whether each table has the entries that these dimensions ask for.
+    pub(crate) const fn check_lengths(
+        &self,
+        length: usize,
+        default_input: DefaultInput,
+        states: usize,
+        inputs: usize,
+    ) -> Result<(), InvalidGains> {
+        if length == 0 {
+            return Err(InvalidGains::NoInputs);
+        }
+        // Dimensions that were read from somewhere may be absurd; tables are never that long.
+        let rows = length.saturating_mul(inputs);
+        if self.lx.len() != rows.saturating_mul(states) {
+            return Err(InvalidGains::StateGainLength);
+        }
+        if self.m.len() != rows.saturating_mul(default_input.in_flight(length).saturating_mul(inputs)) {
+            return Err(InvalidGains::InFlightGainLength);
+        }
+        if self.arrival.len() != arrival::table_len(length) {
+            return Err(InvalidGains::ArrivalLength);
+        }
+        Ok(())
+    }
+}
+
+impl<T: Scalar> Tables<'_, T> {
+    /// Whether the numbers are gains and probabilities, where their type is known at run time only.
+    pub(crate) fn check_numbers(&self) -> Result<(), InvalidGains> {
+        if !self.lx.iter().chain(self.m).all(|gain| gain.is_finite()) {
+            return Err(InvalidGains::NotFinite);
+        }
+        // NaN is outside.
+        if !self.arrival.iter().all(|r| (T::zero()..=T::one()).contains(r)) {
+            return Err(InvalidGains::NotAProbability);
+        }
+        Ok(())
+    }
+}
+
 /// Constructors for one scalar type: floating-point comparisons in `const` need a concrete type.
 macro_rules! checked_construction {
     ($scalar:ty) => {
@@ -73,19 +114,10 @@ macro_rules! checked_construction {
                 default_input: DefaultInput,
                 tables: Tables<'a, $scalar>,
             ) -> Result<Self, InvalidGains> {
+                if let Err(error) = tables.check_lengths(length, default_input, NX, NU) {
+                    return Err(error);
+                }
                 let Tables { lx, m, arrival } = tables;
-                if length == 0 {
-                    return Err(InvalidGains::NoInputs);
-                }
-                if lx.len() != length * NU * NX {
-                    return Err(InvalidGains::StateGainLength);
-                }
-                if m.len() != length * NU * default_input.in_flight(length) * NU {
-                    return Err(InvalidGains::InFlightGainLength);
-                }
-                if arrival.len() != arrival::table_len(length) {
-                    return Err(InvalidGains::ArrivalLength);
-                }
                 if !all_within(lx, <$scalar>::MIN, <$scalar>::MAX)
                     || !all_within(m, <$scalar>::MIN, <$scalar>::MAX)
                 {
@@ -140,7 +172,19 @@ macro_rules! checked_construction {
 checked_construction!(f32);
 checked_construction!(f64);
 
-impl<T: Scalar, const NX: usize, const NU: usize> Gains<'_, T, NX, NU> {
+impl<'a, T: Scalar, const NX: usize, const NU: usize> Gains<'a, T, NX, NU> {
+    /// As `check`, for any scalar; comparisons of a type parameter cannot be `const`.
+    pub(crate) fn check_any(
+        length: usize,
+        default_input: DefaultInput,
+        tables: Tables<'a, T>,
+    ) -> Result<Self, InvalidGains> {
+        tables.check_lengths(length, default_input, NX, NU)?;
+        tables.check_numbers()?;
+        let Tables { lx, m, arrival } = tables;
+        Ok(Self { length, default_input, lx, m, arrival })
+    }
+
     /// Inputs per sequence, `N`.
     pub const fn length(&self) -> usize {
         self.length

@@ -16,6 +16,7 @@
 //! | [`actuator`] | buffer, past-packet rejection, default input, saturation, acknowledgement |
 //! | [`estimator`] | Kalman filter that takes measurements late and out of order |
 //! | [`gains`] | the optimal gains as constant data, and the control law |
+//! | [`blob`] | gains as bytes that are loaded at run time |
 //! | [`in_flight`] | what was sent and may still be applied |
 //! | [`sequence`], [`tick`], [`scalar`] | a control sequence, the only clock there is, `f32` and `f64` |
 //! | [`arrival`] | what a delay distribution says about packets under way |
@@ -28,6 +29,7 @@
 
 pub mod actuator;
 pub mod arrival;
+pub mod blob;
 pub mod controller;
 pub mod estimator;
 pub mod gains;

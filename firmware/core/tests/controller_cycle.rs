@@ -206,6 +206,32 @@ fn a_design_that_does_not_fit_is_refused() {
 }
 
 #[test]
+fn gains_replaced_in_the_middle_decide_the_next_sequence() {
+    let workshop = workshop(DefaultInput::Zero);
+    let mut controller = Node::new(workshop.design(), Tick(0)).expect("a design that fits");
+    cycle(&mut controller);
+    let still = vec![0.0; LENGTH * 2];
+    let (m, arrival) = (vec![0.0; LENGTH * (LENGTH - 1)], vec![0.0; LENGTH * (LENGTH - 1) / 2]);
+    let tables = Tables { lx: &still, m: &m, arrival: &arrival };
+    let nothing =
+        Gains::<f32, 2, 1>::check(LENGTH, DefaultInput::Zero, tables).expect("tables of the right shape");
+    assert_eq!(controller.set_gains(nothing), Ok(()));
+    assert!(cycle(&mut controller).iter().all(|input| *input == 0.0));
+}
+
+#[test]
+fn gains_of_another_length_or_default_input_do_not_replace() {
+    let workshop = workshop(DefaultInput::Zero);
+    let mut controller = Node::new(workshop.design(), Tick(0)).expect("a design that fits");
+    let tables = Tables { lx: &[0.0; 4], m: &[0.0; 2], arrival: &[0.0; 1] };
+    let shorter =
+        Gains::<f32, 2, 1>::check(2, DefaultInput::Zero, tables).expect("tables of the right shape");
+    assert_eq!(controller.set_gains(shorter), Err(InvalidDesign::Length));
+    let holding = self::workshop(DefaultInput::Hold);
+    assert_eq!(controller.set_gains(holding.design().gains), Err(InvalidDesign::DefaultInput));
+}
+
+#[test]
 fn a_law_longer_than_a_frame_can_count_is_refused() {
     const LONG: usize = 256;
     let workshop = workshop(DefaultInput::Zero);

@@ -2,18 +2,23 @@
 
 use super::document::{Field, Section, counted};
 use super::{DelayDistribution, DesignError};
+use crate::lengths::LengthChoice;
 use slqg::DefaultInput;
 
 /// Longest control sequence.
 pub const LONGEST_SEQUENCE: usize = 128;
 /// Longest measurement buffer.
 const LONGEST_BUFFER: usize = 1000;
+/// By what part more than long sequences a length chosen automatically may cost, unless the design says.
+const LENGTH_TOLERANCE: f64 = 0.01;
 
 /// Settings of controller and actuator node.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ControllerSettings {
     /// N: inputs in a control sequence, 1 to 128.
     pub sequence_length: usize,
+    /// How N was chosen where the design says "auto"; kept if N is changed, see [`super::Design::length_choice`].
+    pub length_choice: Option<LengthChoice>,
     /// What the actuator applies when its buffer has run out.
     pub default_input: DefaultInput,
     /// N^B: a measurement up to this many steps old still enters the estimate, thesis (3.34).
@@ -36,21 +41,22 @@ pub enum DeviceScalar {
 
 impl ControllerSettings {
     /// `inputs`: nu of the plant. `measurements`: the link whose largest delay sets the buffer if none is given.
+    ///
+    /// Also returns the tolerance with which the sequence length is to be chosen, if it is "auto"; until then it is 1.
     pub(super) fn read(
         root: &Section<'_>,
         inputs: usize,
         measurements: &DelayDistribution,
-    ) -> Result<Self, DesignError> {
+    ) -> Result<(Self, Option<f64>), DesignError> {
         let controller = root.required("controller", "a table with the key sequence_length")?.section(&[
             "sequence_length",
+            "length_tolerance",
             "default_input",
             "measurement_buffer",
             "scalar",
             "input_limits",
         ])?;
-        let sequence_length = controller
-            .required("sequence_length", "a whole number of inputs from 1 to 128")?
-            .whole_number(1..=LONGEST_SEQUENCE)?;
+        let (sequence_length, tolerance) = length_of(&controller)?;
         let default_input = match controller.optional("default_input", "\"zero\" or \"hold\"") {
             None => DefaultInput::Zero,
             Some(field) => field.choice(&[("zero", DefaultInput::Zero), ("hold", DefaultInput::Hold)])?,
@@ -69,8 +75,37 @@ impl ControllerSettings {
             None => None,
             Some(field) => Some(limits_of(&field, inputs)?),
         };
-        Ok(ControllerSettings { sequence_length, default_input, measurement_buffer, scalar, input_limits })
+        let settings = ControllerSettings {
+            sequence_length,
+            length_choice: None,
+            default_input,
+            measurement_buffer,
+            scalar,
+            input_limits,
+        };
+        Ok((settings, tolerance))
     }
+}
+
+/// The length given, or 1 and the tolerance of the one to choose.
+fn length_of(controller: &Section<'_>) -> Result<(usize, Option<f64>), DesignError> {
+    let field =
+        controller.required("sequence_length", "a whole number of inputs from 1 to 128, or \"auto\"")?;
+    let tolerance = controller.optional("length_tolerance", "a number above 0 and below 1");
+    if !field.is_text() {
+        if let Some(tolerance) = tolerance {
+            let found = "found beside a number of inputs".to_string();
+            return Err(tolerance.reject_with(found, "give it with sequence_length = \"auto\" only".into()));
+        }
+        return Ok((field.whole_number(1..=LONGEST_SEQUENCE)?, None));
+    }
+    field.choice(&[("auto", ())])?;
+    let Some(field) = tolerance else { return Ok((1, Some(LENGTH_TOLERANCE))) };
+    let tolerance = field.number()?;
+    if !(0.0 < tolerance && tolerance < 1.0) {
+        return Err(field.reject(format!("found the number {tolerance}")));
+    }
+    Ok((1, Some(tolerance)))
 }
 
 fn limits_of(field: &Field<'_>, inputs: usize) -> Result<Vec<(f64, f64)>, DesignError> {

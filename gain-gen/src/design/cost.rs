@@ -12,6 +12,8 @@ pub struct Cost {
     pub q: DMatrix<f64>,
     /// R: nu x nu, symmetric positive definite.
     pub r: DMatrix<f64>,
+    /// Q_K, the weight of the state at the end of a task: nx x nx, symmetric positive semidefinite; Q unless given.
+    pub terminal: DMatrix<f64>,
 }
 
 impl Cost {
@@ -21,7 +23,8 @@ impl Cost {
         plant: &Plant,
         unstable: &[Complex<f64>],
     ) -> Result<Self, DesignError> {
-        let cost = root.required("cost", "a table with the weights q and r")?.section(&["q", "r"])?;
+        let cost =
+            root.required("cost", "a table with the weights q and r")?.section(&["q", "r", "terminal"])?;
         let field = cost.required("q", "Q, the weight of the state, nx x nx")?;
         let size = counted(plant.states(), "state");
         let q = symmetric(&field, plant.states(), &size, Definiteness::Semidefinite, "")?;
@@ -35,6 +38,13 @@ impl Cost {
         let size = counted(plant.inputs(), "input");
         let advice = "give an input without a price a small positive weight";
         let r = symmetric(&field, plant.inputs(), &size, Definiteness::Positive, advice)?;
-        Ok(Cost { q, r })
+        let terminal = match cost.optional("terminal", "Q_K, the weight of the final state, nx x nx") {
+            None => q.clone(),
+            Some(field) => {
+                let size = counted(plant.states(), "state");
+                symmetric(&field, plant.states(), &size, Definiteness::Semidefinite, "")?
+            }
+        };
+        Ok(Cost { q, r, terminal })
     }
 }

@@ -65,6 +65,8 @@ impl Design {
 
     /// Reads and checks a design. `origin` is the name under which errors report the text.
     ///
+    /// A sequence length that is left open is chosen here, so that a design always has one; see [`crate::lengths`].
+    ///
     /// # Errors
     /// The first rejection: syntax, an unknown or missing key, a wrong type, shape or value.
     pub fn parse(text: &str, origin: &str) -> Result<Self, DesignError> {
@@ -79,7 +81,12 @@ impl Design {
         let (plant, unstable) = Plant::read(&root)?;
         let cost = Cost::read(&root, &plant, &unstable)?;
         let network = Network::read(&root)?;
-        let controller = ControllerSettings::read(&root, plant.inputs(), &network.sensor_to_controller)?;
-        Ok(Design { name: name.text()?.into(), plant, cost, network, controller })
+        let (controller, tolerance) =
+            ControllerSettings::read(&root, plant.inputs(), &network.sensor_to_controller)?;
+        let mut design = Design { name: name.text()?.into(), plant, cost, network, controller };
+        if let Some(tolerance) = tolerance {
+            design.choose_length(tolerance);
+        }
+        Ok(design)
     }
 }

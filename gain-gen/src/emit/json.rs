@@ -14,6 +14,8 @@ struct Gains<'r> {
     format_version: u32,
     #[serde(flatten)]
     report: Document<'r>,
+    /// As [`super::design_id`], in hexadecimal.
+    design_id: String,
     /// In seconds.
     sample_time: f64,
     /// Scalar of the arithmetic on the device; the numbers here are not rounded to it.
@@ -43,6 +45,7 @@ pub(super) fn document(report: &Report) -> String {
         format: FORMAT,
         format_version: FORMAT_VERSION,
         report: Document::of(report),
+        design_id: super::design_id(&report.design).to_string(),
         sample_time: plant.sample_time,
         scalar: scalar_name(settings.scalar),
         measurement_buffer: settings.measurement_buffer,

@@ -1,4 +1,4 @@
-//! Numbers and tables as Rust literals in the device's scalar, by the shortest text that reads back the same.
+//! Numbers and tables as literals of Rust and C in the device's scalar, by the shortest text that reads back the same.
 
 use super::EmitError;
 use crate::design::DeviceScalar;
@@ -19,11 +19,29 @@ pub(super) struct Table {
 impl Table {
     /// `value` rounded to the device's scalar.
     pub(super) fn number(self, value: f64) -> Result<String, EmitError> {
-        let (finite, text) = match self.scalar {
-            DeviceScalar::F32 => ((value as f32).is_finite(), format!("{:?}", value as f32)),
-            DeviceScalar::F64 => (value.is_finite(), format!("{value:?}")),
+        self.fits(value)?;
+        Ok(match self.scalar {
+            DeviceScalar::F32 => format!("{:?}", value as f32),
+            DeviceScalar::F64 => format!("{value:?}"),
+        })
+    }
+
+    /// Whether `value` is finite in the device's scalar.
+    pub(super) fn fits(self, value: f64) -> Result<(), EmitError> {
+        let finite = match self.scalar {
+            DeviceScalar::F32 => (value as f32).is_finite(),
+            DeviceScalar::F64 => value.is_finite(),
         };
-        if finite { Ok(text) } else { Err(self.refused(value)) }
+        if finite { Ok(()) } else { Err(self.refused(value)) }
+    }
+
+    /// [`Table::number`] as a literal of C: there, a number without suffix is a `double`.
+    pub(super) fn c_number(self, value: f64) -> Result<String, EmitError> {
+        let suffix = match self.scalar {
+            DeviceScalar::F32 => "f",
+            DeviceScalar::F64 => "",
+        };
+        Ok(self.number(value)? + suffix)
     }
 
     /// As [`Table::number`], but a number that is not zero must not become zero.
@@ -44,20 +62,34 @@ impl Table {
     pub(super) fn lines(self, values: &[f64], row: usize, indent: usize) -> Result<String, EmitError> {
         let mut text = String::new();
         for numbers in values.chunks(row.max(1)) {
-            let mut line = String::new();
-            for &value in numbers {
-                let number = self.number(value)?;
-                if !line.is_empty() && indent + line.len() + number.len() + 2 > WIDTH {
-                    text.push_str(&format!("{:indent$}{line}\n", ""));
-                    line.clear();
-                }
-                line.push_str(if line.is_empty() { "" } else { " " });
-                line.push_str(&number);
-                line.push(',');
-            }
-            text.push_str(&format!("{:indent$}{line}\n", ""));
+            let numbers = numbers.iter().map(|&value| self.number(value)).collect::<Result<Vec<_>, _>>()?;
+            text.push_str(&wrapped(&numbers, indent));
         }
         Ok(text)
+    }
+
+    /// `values` as the initialiser of a C array that is indented by `indent`.
+    pub(super) fn c_list<'v>(
+        self,
+        values: impl IntoIterator<Item = &'v f64>,
+        indent: usize,
+    ) -> Result<String, EmitError> {
+        let numbers: Result<Vec<_>, _> = values.into_iter().map(|&value| self.c_number(value)).collect();
+        let numbers = numbers?;
+        let line = format!("{{{}}}", numbers.join(", "));
+        if indent + line.len() < WIDTH {
+            return Ok(line);
+        }
+        Ok(format!("{{\n{}{:indent$}}}", wrapped(&numbers, indent + 4), ""))
+    }
+
+    /// The rows of `matrix` as the initialiser of a C array of arrays.
+    pub(super) fn c_rows(self, matrix: &DMatrix<f64>) -> Result<String, EmitError> {
+        let mut text = String::from("{\n");
+        for row in matrix.row_iter() {
+            text.push_str(&format!("    {},\n", self.c_list(row.iter(), 4)?));
+        }
+        Ok(text + "}")
     }
 
     /// The rows of `matrix`, as [`Table::lines`].
@@ -75,6 +107,22 @@ impl Table {
         text.push_str(&format!("{:indent$}]", ""));
         Ok(text)
     }
+}
+
+/// `numbers` with a comma behind each, in lines of `indent` spaces that are broken at the width.
+fn wrapped(numbers: &[String], indent: usize) -> String {
+    let mut text = String::new();
+    let mut line = String::new();
+    for number in numbers {
+        if !line.is_empty() && indent + line.len() + number.len() + 2 > WIDTH {
+            text.push_str(&format!("{:indent$}{line}\n", ""));
+            line.clear();
+        }
+        line.push_str(if line.is_empty() { "" } else { " " });
+        line.push_str(number);
+        line.push(',');
+    }
+    text + &format!("{:indent$}{line}\n", "")
 }
 
 #[cfg(test)]
@@ -111,6 +159,17 @@ mod tests {
         let text = DOUBLE.lines(&values, 40, 8).unwrap();
         assert!(text.lines().all(|line| line.len() <= WIDTH && line.starts_with("        0.3")));
         assert_eq!(text.matches(',').count(), 40);
+    }
+
+    #[test]
+    fn a_literal_of_c_names_its_type() {
+        assert_eq!(SINGLE.c_number(1e-40).unwrap(), "1e-40f");
+        assert_eq!(DOUBLE.c_number(2.0).unwrap(), "2.0");
+        let matrix = DMatrix::from_row_slice(2, 2, &[1.0, 2.0, 3.0, 4.0]);
+        assert_eq!(SINGLE.c_rows(&matrix).unwrap(), "{\n    {1.0f, 2.0f},\n    {3.0f, 4.0f},\n}");
+        let long = DOUBLE.c_rows(&DMatrix::from_element(1, 20, 1.0 / 3.0)).unwrap();
+        assert!(long.starts_with("{\n    {\n        0.3") && long.ends_with(",\n    },\n}"), "{long}");
+        assert_eq!(DOUBLE.c_list(&[0.5, 0.25], 0).unwrap(), "{0.5, 0.25}");
     }
 
     #[test]

@@ -1,17 +1,27 @@
-//! A solved design as a file: Rust source for the device, or JSON for anything else.
+//! A solved design as files: Rust or C source or bytes for the device, or JSON for anything else.
 //!
-//! What is written depends on the design alone: no date, no path, no name of a machine. Only stable loops are
-//! written, and a file is replaced only by a complete new one.
+//! What is written depends on the design and the name of the file alone: no date, no path, no name of a machine.
+//! Only stable loops are written, and files are replaced only by complete new ones.
+//!
+//! One file per format (`rust`, `c`, `json`, `blob`); `literal` spells numbers, `identity` says which design they
+//! belong to, `files` puts them on the disk.
 
+mod blob;
+mod c;
+mod files;
+mod identity;
 mod json;
 mod literal;
 mod rust;
 
-use crate::report::{NotStabilised, Report};
-use std::io::Write;
-use std::path::{Path, PathBuf};
+pub use files::{File, WriteError, write, write_all};
+pub use identity::design_id;
 
-/// What to write.
+use crate::report::{NotStabilised, Report};
+use slqg::blob::EncodeError;
+use std::path::Path;
+
+/// A format that is one text.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Format {
     /// A source to `include!` in a `no_std` crate that depends on `slqg`.
@@ -38,16 +48,17 @@ pub enum EmitError {
         /// What to do.
         advice: &'static str,
     },
-}
-
-/// A file that could not be written; one that was there before is as it was.
-#[derive(Debug, thiserror::Error)]
-#[error("{}: cannot be written: {reason}; give a file in a folder that exists and can be written", path.display())]
-pub struct WriteError {
-    /// The file.
-    pub path: PathBuf,
-    /// What the system said.
-    pub reason: std::io::Error,
+    /// The law is beyond what a blob can hold.
+    #[error("blob: {0}")]
+    Blob(EncodeError),
+    /// C needs a header by that name.
+    #[error("--output: found {path:?} for C; {advice}")]
+    HeaderName {
+        /// The file named.
+        path: String,
+        /// What to do.
+        advice: String,
+    },
 }
 
 /// The text of `report` in `format`. `origin` is the name of the design file, without folders.
@@ -62,34 +73,48 @@ pub fn emit(report: &Report, origin: &str, format: Format) -> Result<String, Emi
     }
 }
 
-/// Writes `text` to `path` in one move: a reader sees the old file or the new one, never a part.
-///
-/// # Errors
-/// The folder does not exist or cannot be written, or `path` cannot be replaced.
-pub fn write(path: &Path, text: &str) -> Result<(), WriteError> {
-    let replace = || {
-        // The new file must be on the same file system to be moved in one step.
-        let folder = match path.parent() {
-            Some(folder) if folder != Path::new("") => folder,
-            _ => Path::new("."),
-        };
-        let mut file = named_file().tempfile_in(folder)?;
-        file.write_all(text.as_bytes())?;
-        file.as_file().sync_all()?;
-        file.persist(path).map_err(|error| error.error)?;
-        Ok(())
-    };
-    replace().map_err(|reason| WriteError { path: path.into(), reason })
+/// What to write, and where.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Output<'p>(Kind<'p>);
+
+#[derive(Debug, Clone, PartialEq)]
+enum Kind<'p> {
+    Text(Format, &'p Path),
+    C(c::Names),
+    Blob(&'p Path),
 }
 
-/// A temporary file that, once in place, is as readable as any other file of the user's.
-fn named_file() -> tempfile::Builder<'static, 'static> {
-    #[allow(unused_mut, reason = "permissions are set on Unix only")]
-    let mut builder = tempfile::Builder::new();
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt;
-        builder.permissions(std::fs::Permissions::from_mode(0o666));
+impl<'p> Output<'p> {
+    /// One text in `format` at `path`.
+    pub fn text(format: Format, path: &'p Path) -> Self {
+        Self(Kind::Text(format, path))
     }
-    builder
+
+    /// A header at `header`, whose name ends in `.h`, and beside it the source, which ends in `.c` instead.
+    ///
+    /// # Errors
+    /// The name does not end in `.h`, or could not be told to a C compiler.
+    pub fn c(header: &'p Path) -> Result<Self, EmitError> {
+        c::Names::of(header).map(|names| Self(Kind::C(names)))
+    }
+
+    /// Bytes for [`slqg::blob::load`] at `path`.
+    pub fn blob(path: &'p Path) -> Self {
+        Self(Kind::Blob(path))
+    }
+
+    /// The files for `report`, to be written together. `origin` is the name of the design file, without folders.
+    ///
+    /// # Errors
+    /// The loop is not stable, or a number does not fit the device's scalar.
+    pub fn files(&self, report: &Report, origin: &str) -> Result<Vec<File>, EmitError> {
+        report.require_stable()?;
+        Ok(match &self.0 {
+            Kind::Text(format, path) => {
+                vec![File { path: path.into(), content: emit(report, origin, *format)?.into() }]
+            }
+            Kind::C(names) => c::files(report, origin, names)?.into(),
+            Kind::Blob(path) => vec![File { path: path.into(), content: blob::bytes(report)? }],
+        })
+    }
 }

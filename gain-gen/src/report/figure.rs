@@ -53,7 +53,7 @@ pub(crate) fn counted(count: usize, noun: &str) -> String {
 }
 
 /// A count in groups of three: `80 640`.
-pub(super) fn grouped(count: usize) -> String {
+pub(crate) fn grouped(count: usize) -> String {
     let digits = count.to_string();
     let mut text = String::new();
     for (at, digit) in digits.chars().enumerate() {

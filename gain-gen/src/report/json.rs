@@ -1,6 +1,7 @@
 //! The report as one JSON object; its fields are part of the stable command line.
 
 use super::{FailedCondition, Report, Verdict, default_input_name};
+use crate::solve::LoopProblem;
 use nalgebra::DMatrix;
 use serde::Serialize;
 use serde_json::ser::{Formatter, Serializer};
@@ -35,6 +36,33 @@ pub(crate) struct Document<'r> {
     verdict: &'static str,
     failed_conditions: Vec<String>,
     n_v: usize,
+    estimation: EstimationFigures,
+    /// Of a length that was chosen; null where it was given.
+    length_tolerance: Option<f64>,
+    /// Null where not asked for, or the loop is not stable.
+    margins: Option<MarginFigures>,
+}
+
+/// [`crate::estimation::Estimation`]; null: unbounded, or no bound is known.
+#[derive(Serialize)]
+struct EstimationFigures {
+    q_arr: f64,
+    q_crit: f64,
+    verdict: &'static str,
+    error_covariance_lower: Option<f64>,
+    error_covariance_upper: Option<f64>,
+    expected_cost_lower: f64,
+    expected_cost_upper: f64,
+}
+
+/// [`crate::margins::Margins`].
+#[derive(Serialize)]
+struct MarginFigures {
+    extra_loss: f64,
+    /// Null: any delay may come.
+    extra_delay_steps: Option<usize>,
+    input_gain_min: f64,
+    input_gain_max: f64,
 }
 
 impl<'r> Document<'r> {
@@ -63,6 +91,22 @@ impl<'r> Document<'r> {
             verdict: report.verdict().name(),
             failed_conditions: report.failed_conditions.iter().map(FailedCondition::to_string).collect(),
             n_v: report.in_flight(),
+            estimation: EstimationFigures {
+                q_arr: report.estimation.arrival,
+                q_crit: report.estimation.critical,
+                verdict: report.estimation.verdict.name(),
+                error_covariance_lower: report.estimation.covariance.lower.as_ref().map(DMatrix::trace),
+                error_covariance_upper: report.estimation.covariance.upper.as_ref().map(DMatrix::trace),
+                expected_cost_lower: report.estimation.cost_lower,
+                expected_cost_upper: report.estimation.cost_upper,
+            },
+            length_tolerance: report.design.length_choice().map(|choice| choice.tolerance),
+            margins: report.margins.map(|margins| MarginFigures {
+                extra_loss: margins.extra_loss,
+                extra_delay_steps: margins.extra_delay,
+                input_gain_min: margins.input_gain_min,
+                input_gain_max: margins.input_gain_max,
+            }),
         }
     }
 }
@@ -71,6 +115,12 @@ impl Report {
     /// One JSON object: the fields of `gain-gen report --json`, one on a line, and a newline at the end.
     pub fn to_json(&self) -> String {
         line_per_field(&Document::of(self))
+    }
+
+    /// The certificate's file, if there is one: see [`crate::certificate`].
+    pub fn certificate_json(&self) -> Option<String> {
+        let (problem, gains) = (LoopProblem::of(&self.design), self.solution.mode_gains());
+        Some(self.certificate.as_ref()?.to_json(&self.design.name, &problem, &gains))
     }
 }
 

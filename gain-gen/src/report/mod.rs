@@ -8,14 +8,17 @@ mod figure;
 mod json;
 mod text;
 
+use crate::certificate::{Certificate, NotCertified, certify};
 use crate::design::{Design, DeviceScalar};
+use crate::estimation::Estimation;
+use crate::margins::{Margins, margins};
 use crate::solve::{LoopProblem, Method, Outcome, Solution, age_transitions, in_flight_count, solve};
 use crate::stability;
 use nalgebra::DMatrix;
 use slqg::DefaultInput;
 
 pub use condition::FailedCondition;
-pub(crate) use figure::{counted, figure};
+pub(crate) use figure::{counted, figure, grouped};
 pub(crate) use json::{Document, line_per_field, rows};
 
 /// Whether the closed loop is mean-square stable with the optimal gains.
@@ -63,6 +66,12 @@ pub struct Report {
     pub n_min: Option<usize>,
     /// Shortest length that stabilises; `None` if none was found.
     pub n_crit: Option<usize>,
+    /// The estimator, and what the loop costs with it.
+    pub estimation: Estimation,
+    /// Distances to instability; `None` before [`Report::find_margins`] and for a loop that is not stable.
+    pub margins: Option<Margins>,
+    /// Proof of stability; `None` before [`Report::certify`] and for a loop that is not stable.
+    pub certificate: Option<Certificate>,
 }
 
 impl Report {
@@ -84,12 +93,33 @@ impl Report {
                 &design.network.sensor_to_controller,
                 design.controller.measurement_buffer,
             ),
+            estimation: Estimation::of(design, &solution),
             design: design.clone(),
             method,
             solution,
             n_min,
             n_crit,
+            margins: None,
+            certificate: None,
         }
+    }
+
+    /// Adds the margins if the verdict is [`Verdict::Stable`]. Dense: slow for long sequences.
+    pub fn find_margins(&mut self) {
+        if self.verdict() == Verdict::Stable {
+            self.margins = margins(&LoopProblem::of(&self.design), &self.solution);
+        }
+    }
+
+    /// Adds a certificate if the verdict is [`Verdict::Stable`]. Dense: slow for long sequences.
+    ///
+    /// # Errors
+    /// The loop is stable by its figures, but rounding does not let it be proved.
+    pub fn certify(&mut self) -> Result<(), NotCertified> {
+        if self.verdict() == Verdict::Stable {
+            self.certificate = Some(certify(&LoopProblem::of(&self.design), &self.solution)?);
+        }
+        Ok(())
     }
 
     /// Whether the closed loop is stable: the recursion's outcome, and whether measurements come often enough.

@@ -3,8 +3,10 @@
 use super::figure::{counted, duration, figure, grouped, percent};
 use super::{FailedCondition, Report, Verdict, default_input_name, scalar_name};
 use crate::design::DeviceScalar;
+use crate::margins::LARGEST_INPUT_GAIN;
 use crate::solve::Outcome;
 use core::fmt::{self, Display, Formatter};
+use nalgebra::DMatrix;
 
 /// Most rows and columns of a gain that still fit on the screen with the rest.
 const SMALL: (usize, usize) = (10, 6);
@@ -14,9 +16,10 @@ impl Display for Report {
         let settings = &self.design.controller;
         writeln!(
             f,
-            "{}: sequences of N = {}, default input {}",
+            "{}: sequences of N = {}{}, default input {}",
             self.design.name.escape_debug(),
             counted(settings.sequence_length, "input"),
+            self.design.length_choice().map(|choice| format!(" ({choice})")).unwrap_or_default(),
             default_input_name(settings.default_input)
         )?;
         self.plant(f)?;
@@ -24,6 +27,8 @@ impl Display for Report {
         self.stability(f)?;
         if self.verdict() == Verdict::Stable {
             self.closed_loop(f)?;
+            self.estimation(f)?;
+            self.margins(f)?;
             self.tables(f)?;
             self.state_gain(f)?;
         }
@@ -34,6 +39,12 @@ impl Display for Report {
 /// One aligned line: what, and how much.
 fn line(f: &mut Formatter<'_>, what: &str, figures: impl Display) -> fmt::Result {
     writeln!(f, "  {what:<20}{figures}")
+}
+
+/// Two bounds on a figure; one number where they agree.
+fn interval(lower: f64, upper: f64) -> String {
+    let (lower, upper) = (figure(lower), figure(upper));
+    if lower == upper { lower } else { format!("{lower} to {upper}") }
 }
 
 impl Report {
@@ -103,7 +114,41 @@ impl Report {
         let length = |n: Option<usize>| n.map_or("none".into(), |n| n.to_string());
         let (n_min, n_crit) = (length(self.n_min), length(self.n_crit));
         line(f, "N_min", format!("{n_min:<12}shortest length that Theorem 3.4 b) does not rule out"))?;
-        line(f, "N_crit", format!("{n_crit:<12}shortest length that stabilises"))
+        line(f, "N_crit", format!("{n_crit:<12}shortest length that stabilises"))?;
+        let Some(certificate) = &self.certificate else { return Ok(()) };
+        let (count, size) = (certificate.matrices().len(), certificate.matrices()[0].nrows());
+        let matrices = format!("N+1 = {count} matrices of {size} x {size}");
+        let bound = figure(certificate.rate_bound());
+        line(f, "certificate", format!("verified by Cholesky, {matrices}: rate at most {bound}"))
+    }
+
+    fn margins(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let Some(margins) = self.margins else { return Ok(()) };
+        writeln!(f, "\nMargins, state known, controller as designed")?;
+        let loss = match margins.extra_loss {
+            1.0 => "stable even if all are lost".into(),
+            share => format!("{:<12}of the packets that arrive may be lost in addition", percent(share)),
+        };
+        line(f, "extra loss", loss)?;
+        let delay = match (margins.extra_delay, margins.rate_beyond_extra_delay) {
+            (Some(0), Some(rate)) => format!("none; one step on every packet gives rate {}", figure(rate)),
+            (Some(steps), Some(rate)) => {
+                let late = self.steps(steps as f64);
+                format!("{late} on every packet; with one more, rate {}", figure(rate))
+            }
+            _ => "stable however late packets come".into(),
+        };
+        line(f, "extra delay", delay)?;
+        let least = match margins.input_gain_min {
+            0.0 => "0 (needs no input)".into(),
+            least if least < 1e-6 => "just above 0".into(),
+            least => figure(least),
+        };
+        let most = match margins.input_gain_max {
+            LARGEST_INPUT_GAIN => "beyond 100".into(),
+            most => figure(most),
+        };
+        line(f, "input gain", format!("from {least} to {most}, times the design's B"))
     }
 
     fn closed_loop(&self, f: &mut Formatter<'_>) -> fmt::Result {
@@ -114,6 +159,19 @@ impl Report {
             line(f, "time constant", format!("{}, of the second moments", self.steps(steps)))?;
         }
         line(f, "long-run cost", format!("{:<12}per step, tr(P W)", figure(self.control_cost())))
+    }
+
+    fn estimation(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let found = &self.estimation;
+        let (verdict, arrival, critical) =
+            (found.verdict.name(), percent(found.arrival), percent(found.critical));
+        let shares = format!("q_arr = {arrival} of the measurements count, q_crit = {critical}");
+        writeln!(f, "\nEstimation: {verdict}, {shares}")?;
+        let trace = |bound: &Option<DMatrix<f64>>| bound.as_ref().map_or(f64::INFINITY, DMatrix::trace);
+        let (lower, upper) = (trace(&found.covariance.lower), trace(&found.covariance.upper));
+        line(f, "error covariance", format!("{}, trace, bounds in steady state", interval(lower, upper)))?;
+        let (lower, upper) = (found.cost_lower, found.cost_upper);
+        line(f, "long-run cost", format!("{} per step, bounds, estimation included", interval(lower, upper)))
     }
 
     fn tables(&self, f: &mut Formatter<'_>) -> fmt::Result {

@@ -14,23 +14,63 @@ use nalgebra::DMatrix;
 use slqg::{DefaultInput, arrival, synthesis};
 
 /// The loop in one mode: thesis (3.29), for hold (3.42) with its misprints mended.
-struct Mode {
+pub(crate) struct Mode {
     /// `A-hat`, `n x n`.
-    a: DMatrix<f64>,
-    /// `A-hat^T`: nalgebra multiplies by a transposed copy several times faster than by a transposed view.
-    a_transposed: DMatrix<f64>,
-    /// `B-hat^T`.
-    b_transposed: DMatrix<f64>,
+    pub(crate) a: DMatrix<f64>,
     /// `B-hat`, `n x N nu`.
-    b: DMatrix<f64>,
+    pub(crate) b: DMatrix<f64>,
     /// `Q-hat`, `n x n`.
     q: DMatrix<f64>,
     /// `R-hat`, `N nu` square.
     r: DMatrix<f64>,
+    /// What is not zero in `a` and `b`: outside the plant's rows they only shift.
+    a_entries: Vec<Entry>,
+    b_entries: Vec<Entry>,
+}
+
+/// Row, column and value of an entry that is not zero.
+type Entry = (usize, usize, f64);
+
+fn entries(matrix: &DMatrix<f64>) -> Vec<Entry> {
+    let all = (0..matrix.ncols()).flat_map(|column| (0..matrix.nrows()).map(move |row| (row, column)));
+    all.filter(|&at| matrix[at] != 0.0).map(|(row, column)| (row, column, matrix[(row, column)])).collect()
+}
+
+/// `left` times a matrix of `columns` columns that has only these entries.
+fn times(left: &DMatrix<f64>, entries: &[Entry], columns: usize) -> DMatrix<f64> {
+    let mut product = DMatrix::zeros(left.nrows(), columns);
+    for &(row, column, value) in entries {
+        product.column_mut(column).axpy(value, &left.column(row), 1.0);
+    }
+    product
+}
+
+/// A cost `xi^T K xi` at the end of a step, in terms of where the step starts and the sequence sent.
+struct Backward {
+    /// `A^T K A`, `n x n`.
+    state: DMatrix<f64>,
+    /// `A^T K B`, `n x N nu`. Column-major it is the row-major `B^T K A` that the core's solve takes.
+    coupling: DMatrix<f64>,
+    /// `B^T K B`, `N nu` square.
+    sequence: DMatrix<f64>,
+}
+
+impl Mode {
+    /// One step back with the symmetric cost `k`, `n x n`.
+    fn backward(&self, k: &DMatrix<f64>) -> Backward {
+        let (size, inputs) = self.b.shape();
+        let a_k = times(k, &self.a_entries, size).transpose();
+        let b_k = times(k, &self.b_entries, inputs).transpose();
+        Backward {
+            state: times(&a_k, &self.a_entries, size),
+            coupling: times(&a_k, &self.b_entries, inputs),
+            sequence: times(&b_k, &self.b_entries, inputs),
+        }
+    }
 }
 
 /// The loop in every mode `theta = 0..=N`.
-fn modes(problem: &LoopProblem) -> Vec<Mode> {
+pub(crate) fn modes(problem: &LoopProblem) -> Vec<Mode> {
     let (nx, nu, length) = (problem.a.nrows(), problem.b.ncols(), problem.length);
     let sent = arrival::table_len(length);
     let hold = problem.default_input == DefaultInput::Hold;
@@ -77,7 +117,7 @@ fn modes(problem: &LoopProblem) -> Vec<Mode> {
             let mut of_state = q.view_mut((0, 0), (nx, nx));
             of_state += &problem.q;
             let r = from_sequence.transpose() * &problem.r * &from_sequence;
-            Mode { a_transposed: a.transpose(), b_transposed: b.transpose(), a, b, q, r }
+            Mode { a_entries: entries(&a), b_entries: entries(&b), a, b, q, r }
         })
         .collect()
 }
@@ -93,11 +133,12 @@ struct CoupledRecursion {
 }
 
 impl CoupledRecursion {
-    fn new(problem: &LoopProblem) -> Self {
+    /// `state_terminal`: cost of the state where the recursion starts, `nx x nx`.
+    fn new(problem: &LoopProblem, state_terminal: &DMatrix<f64>) -> Self {
         let modes = modes(problem);
         let size = modes[0].a.nrows();
         let mut terminal = DMatrix::zeros(size, size);
-        terminal.view_mut((0, 0), problem.q.shape()).copy_from(&problem.q);
+        terminal.view_mut((0, 0), state_terminal.shape()).copy_from(state_terminal);
         Self {
             transitions: age_transitions(&problem.link, problem.length),
             states: problem.a.nrows(),
@@ -107,43 +148,109 @@ impl CoupledRecursion {
         }
     }
 
-    /// `sum_j p(i, j) parts[j]`.
-    fn expect(&self, from: usize, parts: &[DMatrix<f64>]) -> DMatrix<f64> {
-        let mut sum = DMatrix::zeros(parts[0].nrows(), parts[0].ncols());
-        for (to, part) in parts.iter().enumerate() {
-            let probability = self.transitions[(from, to)];
-            if probability > 0.0 {
-                sum.zip_apply(part, |entry, term| *entry += probability * term);
-            }
-        }
-        sum
+    fn closed_loop(&self) -> ClosedLoop<'_> {
+        ClosedLoop { modes: &self.modes, transitions: &self.transitions, gains: &self.gains }
     }
+}
+
+/// `sum_j p(i, j) parts[j]`, row `i` of the transition matrix.
+fn expect<'p>(
+    transitions: &DMatrix<f64>,
+    from: usize,
+    parts: impl Iterator<Item = &'p DMatrix<f64>>,
+) -> DMatrix<f64> {
+    let mut terms = parts.enumerate().map(|(to, part)| (transitions[(from, to)], part));
+    let (probability, first) = terms.next().expect("there are at least two modes");
+    let mut sum = first * probability;
+    for (probability, part) in terms.filter(|&(probability, _)| probability > 0.0) {
+        sum.zip_apply(part, |entry, term| *entry += probability * term);
+    }
+    sum
+}
+
+/// Steps that the search for the rate takes in one. A step costs less than making a direction orthogonal to all found
+/// before, and several at once leave fewer directions: most are packets that fade within a sequence.
+const STRIDE: u32 = 16;
+
+/// The loop with one gain per acknowledged age held: thesis (3.29) with `U = L(j) xi`.
+#[derive(Clone, Copy)]
+pub(crate) struct ClosedLoop<'a> {
+    /// The loop in every mode, `N + 1`.
+    pub(crate) modes: &'a [Mode],
+    /// `p(j, i)`, `(N+1) x (N+1)`.
+    pub(crate) transitions: &'a DMatrix<f64>,
+    /// `L(j)`, `(N nu) x n` each.
+    pub(crate) gains: &'a [DMatrix<f64>],
+}
+
+impl ClosedLoop<'_> {
+    /// Size of the augmented state, `n`.
+    pub(crate) fn size(&self) -> usize {
+        self.modes[0].a.nrows()
+    }
+
+    /// Expected costs a step earlier: `sum_i p(j,i) (A(i)+B(i)L(j))^T X(i) (A(i)+B(i)L(j))` for `j = 0..=N`, the right
+    /// side of thesis (3.36). Symmetric `X(0), .., X(N)` one after the other, `n x n` each.
+    ///
+    /// Multiplied out, so that products of `n x n` matrices are taken once a mode and not once a pair of modes.
+    pub(crate) fn apply(&self, from: &[f64], to: &mut [f64]) {
+        let size = self.size();
+        let costs = from.chunks_exact(size * size).map(|cost| DMatrix::from_column_slice(size, size, cost));
+        let parts: Vec<_> = self.modes.iter().zip(costs).map(|(mode, cost)| mode.backward(&cost)).collect();
+        for ((mode, gain), out) in self.gains.iter().enumerate().zip(to.chunks_exact_mut(size * size)) {
+            let state = expect(self.transitions, mode, parts.iter().map(|part| &part.state));
+            let coupling = expect(self.transitions, mode, parts.iter().map(|part| &part.coupling));
+            let sequence = expect(self.transitions, mode, parts.iter().map(|part| &part.sequence));
+            let half = state * 0.5 + (coupling + gain.tr_mul(&(sequence * 0.5))) * gain;
+            out.copy_from_slice((&half + half.transpose()).as_slice());
+        }
+    }
+
+    /// Spectral radius of [`ClosedLoop::apply`]: the mean-square rate, below 1 iff the loop is mean-square stable.
+    pub(crate) fn rate(&self) -> f64 {
+        let one = DMatrix::<f64>::identity(self.size(), self.size()).as_slice().repeat(self.modes.len());
+        let mut between = one.clone();
+        let radius = spectral_radius(&one, |from, to| {
+            self.apply(from, to);
+            for _ in 1..STRIDE {
+                between.copy_from_slice(to);
+                self.apply(&between, to);
+            }
+        });
+        radius.powf(1.0 / f64::from(STRIDE))
+    }
+}
+
+/// Mean-square rate of the problem's plant and link with the gains `L(j)`, `j = 0..=N`, of [`Solution::mode_gains`].
+///
+/// The gains need not be made for this problem: that is how margins are found. Dense, so slow for long sequences.
+///
+/// # Panics
+/// If the gains do not have the problem's dimensions.
+pub fn mean_square_rate(problem: &LoopProblem, gains: &[DMatrix<f64>]) -> f64 {
+    let transitions = age_transitions(&problem.link, problem.length);
+    ClosedLoop { modes: &modes(problem), transitions: &transitions, gains }.rate()
 }
 
 impl Recursion for CoupledRecursion {
     fn step(&mut self) -> f64 {
-        let mut state_cost = Vec::with_capacity(self.modes.len());
-        let mut coupling = Vec::with_capacity(self.modes.len());
-        let mut sequence_cost = Vec::with_capacity(self.modes.len());
-        for (mode, cost_to_go) in self.modes.iter().zip(&self.cost_to_go) {
-            let ka = cost_to_go * &mode.a;
-            let kb = cost_to_go * &mode.b;
-            state_cost.push(&mode.q + &mode.a_transposed * &ka);
-            // Transposed: a column-major A^T K B is the row-major B^T K A that the core's solve takes.
-            coupling.push(&mode.a_transposed * &kb);
-            sequence_cost.push(&mode.r + &mode.b_transposed * &kb);
-        }
+        let parts: Vec<_> =
+            self.modes.iter().zip(&self.cost_to_go).map(|(mode, cost)| mode.backward(cost)).collect();
+        let state_cost: Vec<_> =
+            self.modes.iter().zip(&parts).map(|(mode, part)| &mode.q + &part.state).collect();
+        let sequence_cost: Vec<_> =
+            self.modes.iter().zip(&parts).map(|(mode, part)| &mode.r + &part.sequence).collect();
         let (mut difference, mut size) = (0.0, 0.0);
         let mut next = Vec::with_capacity(self.modes.len());
         for from in 0..self.modes.len() {
-            let quadratic = self.expect(from, &sequence_cost);
-            let linear = self.expect(from, &coupling);
+            let quadratic = expect(&self.transitions, from, sequence_cost.iter());
+            let linear = expect(&self.transitions, from, parts.iter().map(|part| &part.coupling));
             let mut gain = -&linear;
             let rows = quadratic.nrows();
             let mut workspace = vec![0.0; synthesis::semidefinite_workspace_len(rows)];
             synthesis::SemidefiniteFactor::new(quadratic.as_slice(), rows, &mut workspace)
                 .solve(gain.as_mut_slice(), linear.nrows());
-            let value = self.expect(from, &state_cost) + &linear * gain.transpose();
+            let value = expect(&self.transitions, from, state_cost.iter()) + &linear * gain.transpose();
             let value = (&value + value.transpose()) * 0.5;
             difference += (&value - &self.cost_to_go[from]).abs().sum();
             size += value.abs().sum();
@@ -163,38 +270,17 @@ impl Recursion for CoupledRecursion {
         false
     }
 
+    fn memory(&self) -> usize {
+        self.modes.len()
+    }
+
     fn rate(&self) -> f64 {
-        let closed_loop = |from: usize, to: usize| &self.modes[to].a + &self.modes[to].b * &self.gains[from];
-        let size = self.modes[0].a.nrows();
-        let matrices: Vec<Vec<(usize, f64, DMatrix<f64>)>> = (0..self.modes.len())
-            .map(|from| {
-                (0..self.modes.len())
-                    .filter(|&to| self.transitions[(from, to)] > 0.0)
-                    .map(|to| (to, self.transitions[(from, to)], closed_loop(from, to)))
-                    .collect()
-            })
-            .collect();
-        let start: Vec<f64> = (0..self.modes.len())
-            .flat_map(|_| DMatrix::<f64>::identity(size, size).as_slice().to_vec())
-            .collect();
-        spectral_radius(&start, |from, to| {
-            let costs: Vec<_> = from
-                .chunks_exact(size * size)
-                .map(|cost| DMatrix::from_column_slice(size, size, cost))
-                .collect();
-            for (row, out) in matrices.iter().zip(to.chunks_exact_mut(size * size)) {
-                let mut sum = DMatrix::zeros(size, size);
-                for (next, probability, closed) in row {
-                    sum += closed.transpose() * (&costs[*next] * closed) * *probability;
-                }
-                out.copy_from_slice(((&sum + sum.transpose()) * 0.5).as_slice());
-            }
-        })
+        self.closed_loop().rate()
     }
 }
 
 pub(super) fn solve(problem: &LoopProblem) -> Solution {
-    let mut recursion = CoupledRecursion::new(problem);
+    let mut recursion = CoupledRecursion::new(problem, &problem.q);
     let ending = iterate(&mut recursion, problem.stage_cost_scale(), stability::runs_dry(problem));
     let states = recursion.states;
     Solution {
@@ -207,6 +293,24 @@ pub(super) fn solve(problem: &LoopProblem) -> Solution {
         cost_to_go: recursion.cost_to_go[0].view((0, 0), (states, states)).into_owned(),
         coupled_gains: Some(recursion.gains),
     }
+}
+
+/// `L_k(i)` of thesis (3.31) for a task of `steps` cycles with the terminal weight `terminal`, `nx x nx`: for each cycle
+/// the gains of all modes, and last the state block of `K_0`.
+pub fn finite_horizon_reference(
+    problem: &LoopProblem,
+    terminal: &DMatrix<f64>,
+    steps: usize,
+) -> (Vec<Vec<DMatrix<f64>>>, DMatrix<f64>) {
+    let mut recursion = CoupledRecursion::new(problem, terminal);
+    let mut gains = Vec::with_capacity(steps);
+    for _ in 0..steps {
+        recursion.step();
+        gains.push(recursion.gains.clone());
+    }
+    gains.reverse();
+    let states = recursion.states;
+    (gains, recursion.cost_to_go[0].view((0, 0), (states, states)).into_owned())
 }
 
 /// The one `(Lx, M)` that explains the gains of all modes: `L(i) = [Lx, M V(i)]` (THEORY 3), by least squares.

@@ -15,7 +15,7 @@ const LOOK_EVERY: usize = 10;
 
 /// The correction `d` with `d = T d + residual`, to `tolerance` times the length of `scale`; `None` if GMRES stalls far
 /// from that.
-pub(super) fn solve_correction(
+pub(crate) fn solve_correction(
     residual: &[f64],
     scale: f64,
     tolerance: f64,

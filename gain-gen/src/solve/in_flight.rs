@@ -14,8 +14,8 @@ use nalgebra::DMatrix;
 use slqg::synthesis::{Dimensions, Problem, Synthesis};
 
 /// A problem's matrices as the row-major slices the core takes.
-struct Flat {
-    dimensions: Dimensions,
+pub(super) struct Flat {
+    pub(super) dimensions: Dimensions,
     a: Vec<f64>,
     b: Vec<f64>,
     q: Vec<f64>,
@@ -24,7 +24,7 @@ struct Flat {
 }
 
 impl Flat {
-    fn new(problem: &LoopProblem) -> Self {
+    pub(super) fn new(problem: &LoopProblem) -> Self {
         Self {
             dimensions: Dimensions {
                 states: problem.a.nrows(),
@@ -49,6 +49,11 @@ impl Flat {
             r: &self.r,
             survival: &self.survival,
         }
+    }
+
+    /// The core's recursion for this problem; `workspace` must be of its dimensions' length.
+    pub(super) fn synthesis<'w>(&self, workspace: &'w mut [f64]) -> Synthesis<'_, 'w, f64> {
+        synthesis(self.problem(), workspace)
     }
 }
 
@@ -100,6 +105,10 @@ impl Recursion for InFlightRecursion<'_, '_> {
         self.with_map(|map| spectral_radius(&self.packing.pack(&start), map))
     }
 
+    fn memory(&self) -> usize {
+        self.problem.dimensions.in_flight() + 1
+    }
+
     fn evaluate(&mut self) -> bool {
         // One step with the gains held tells how far the cost-to-go is from being theirs.
         let before = self.packing.pack(self.synthesis.value());
@@ -123,23 +132,15 @@ pub(super) fn solve(problem: &LoopProblem) -> Solution {
     let flat = Flat::new(problem);
     let mut workspace = vec![0.0; flat.dimensions.workspace_len()];
     let mut recursion = InFlightRecursion {
-        synthesis: synthesis(flat.problem(), &mut workspace),
+        synthesis: flat.synthesis(&mut workspace),
         problem: flat.problem(),
         packing: Packing::new(&flat.dimensions),
     };
     recursion.synthesis.restart(&flat.q);
     let ending = iterate(&mut recursion, problem.stage_cost_scale(), stability::runs_dry(problem));
 
-    let (rows, columns) = (flat.dimensions.sequence_rows(), flat.dimensions.gain_columns());
     let states = flat.dimensions.states;
-    let gains = DMatrix::from_row_slice(rows, columns, recursion.synthesis.gains());
-    let law = Law {
-        length: problem.length,
-        default_input: problem.default_input,
-        lx: gains.columns(0, states).into_owned(),
-        m: gains.columns(states, columns - states).into_owned(),
-        arrival: problem.arrival_table(),
-    };
+    let law = Law::from_gains(problem, recursion.synthesis.gains(), problem.arrival_table());
     Solution {
         outcome: ending.outcome,
         iterations: ending.iterations,

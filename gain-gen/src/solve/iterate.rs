@@ -28,6 +28,9 @@ pub(super) trait Recursion {
     fn rate(&self) -> f64;
     /// Replaces the cost-to-go by that of keeping the gains of the last step for ever; false if it cannot.
     fn evaluate(&mut self) -> bool;
+    /// Steps after which what is in flight is forgotten: so many make its part of the cost-to-go as accurate as the
+    /// state's, however small it is.
+    fn memory(&self) -> usize;
 }
 
 /// Where an iteration got to.
@@ -45,8 +48,6 @@ const RESIDUAL: f64 = 1e-13;
 const ROUNDING_FLOOR: f64 = 1e-11;
 /// Iterations without a smaller residual after which it is at its floor.
 const PATIENCE: usize = 64;
-/// Residual from which on value iteration polishes what policy iteration found.
-const NEARLY: f64 = 1e-10;
 /// Growth over the stage cost beyond which stage costs no longer influence the gains.
 const OUTGROWN: f64 = 1e14;
 /// The same where a necessary condition for stability is already known to fail.
@@ -59,6 +60,8 @@ const LOOK_WHEN_DOOMED: usize = 16;
 const WORTH_WHILE: f64 = 200.0;
 /// Policy iterations allowed; they converge quadratically or not at all.
 const MOST_POLICY: usize = 30;
+/// Policy iterations that may gain nothing.
+const SETBACKS: usize = 2;
 /// Iterations allowed.
 const MOST: usize = 1 << 22;
 
@@ -68,7 +71,14 @@ pub(super) fn iterate(recursion: &mut impl Recursion, scale: f64, doomed: bool) 
     let outgrown = scale * if doomed { OUTGROWN_WHEN_DOOMED } else { OUTGROWN };
     let mut look = if doomed { LOOK_WHEN_DOOMED } else { FIRST_LOOK };
     let mut stable = false;
-    let mut policy = Policy { active: false, iterations: 0, last_residual: f64::INFINITY };
+    let mut policy = Policy {
+        active: false,
+        iterations: 0,
+        smallest_residual: f64::INFINITY,
+        size: f64::INFINITY,
+        setbacks: 0,
+        steps_since: 0,
+    };
     let mut smallest = f64::INFINITY;
     let mut stalled = 0;
     let mut ending = Ending {
@@ -86,7 +96,8 @@ pub(super) fn iterate(recursion: &mut impl Recursion, scale: f64, doomed: bool) 
         ending.residual = residual;
         stalled = if residual < smallest { 0 } else { stalled + 1 };
         smallest = smallest.min(residual);
-        if residual <= RESIDUAL || (residual <= ROUNDING_FLOOR && stalled >= PATIENCE) {
+        let at_floor = stalled >= PATIENCE || policy.is_exhausted(recursion.memory());
+        if residual <= RESIDUAL || (residual <= ROUNDING_FLOOR && at_floor) {
             ending.mean_square_rate = recursion.rate();
             // A cost that does not see an unstable mode converges and stabilises nothing.
             let stabilised = ending.mean_square_rate < 1.0;
@@ -118,20 +129,37 @@ pub(super) fn iterate(recursion: &mut impl Recursion, scale: f64, doomed: bool) 
 struct Policy {
     active: bool,
     iterations: usize,
-    last_residual: f64,
+    smallest_residual: f64,
+    /// Cost-to-go before the last iteration.
+    size: f64,
+    /// Iterations that neither halved the residual nor took a hundredth off the cost.
+    setbacks: usize,
+    /// Value steps since it was last used.
+    steps_since: usize,
 }
 
 impl Policy {
     /// Before a step from a cost-to-go with this residual: replaces it by the cost of its gains, while that helps.
     fn improve(&mut self, recursion: &mut impl Recursion, residual: f64) {
-        // Quadratic convergence shows at every iteration; what does not even halve the residual is over. From there
-        // value iteration goes on, which is safe wherever it starts.
-        let helps = self.iterations < MOST_POLICY && residual < 0.5 * self.last_residual;
-        self.active &= residual > NEARLY && (self.iterations == 0 || helps);
+        // Far from the optimum the cost falls, near it the residual does, quadratically. Where neither happens the
+        // rounding floor is reached. From there value iteration goes on, which is safe wherever it starts.
+        let size = recursion.size();
+        let helps = residual < 0.5 * self.smallest_residual || size < 0.99 * self.size;
+        self.setbacks += usize::from(self.active && !helps);
+        self.active &= self.iterations < MOST_POLICY && self.setbacks <= SETBACKS;
+        self.steps_since += 1;
         if self.active {
-            self.last_residual = residual;
+            self.smallest_residual = self.smallest_residual.min(residual);
+            self.size = size;
             self.active = recursion.evaluate();
             self.iterations += usize::from(self.active);
+            self.steps_since = 0;
         }
+    }
+
+    /// Whether it has done what it can and value iteration has polished the result. Where the loop forgets slowly, more
+    /// value steps would gain a rounding error each.
+    fn is_exhausted(&self, polish: usize) -> bool {
+        self.iterations > 0 && !self.active && self.steps_since > polish
     }
 }

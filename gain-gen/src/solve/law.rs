@@ -1,5 +1,6 @@
 //! The control law in both forms: `(Lx, M, r)` for the device, one gain per mode for comparison with the thesis.
 
+use super::LoopProblem;
 use nalgebra::DMatrix;
 use slqg::{DefaultInput, actuator::Age, arrival, in_flight::PlayOut};
 
@@ -19,6 +20,19 @@ pub struct Law {
 }
 
 impl Law {
+    /// The law whose gains the core's recursion holds: `gains` is `[Lx M]`, row-major, `arrival` the problem's table.
+    pub(super) fn from_gains(problem: &LoopProblem, gains: &[f64], arrival: Vec<f64>) -> Self {
+        let (states, rows) = (problem.a.nrows(), problem.length * problem.b.ncols());
+        let gains = DMatrix::from_row_slice(rows, gains.len() / rows, gains);
+        Self {
+            length: problem.length,
+            default_input: problem.default_input,
+            lx: gains.columns(0, states).into_owned(),
+            m: gains.columns(states, gains.ncols() - states).into_owned(),
+            arrival,
+        }
+    }
+
     /// Inputs of the plant, `nu`.
     pub fn inputs(&self) -> usize {
         self.lx.nrows() / self.length

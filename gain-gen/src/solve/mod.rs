@@ -4,6 +4,7 @@
 //! |---|---|
 //! | `in_flight` | the project's own form: the core's recursion iterated to its fixed point |
 //! | `coupled` | the thesis' recursion over actuator modes: the reference |
+//! | `finite_horizon` | time-varying gains for a task that ends |
 //! | `iterate` | when an iteration has converged, and when it never will; the same for both |
 //! | `krylov` | Arnoldi's process, on which the next two stand |
 //! | `spectral` | spectral radius of a linear map: the mean-square rate |
@@ -17,6 +18,7 @@
 mod age_chain;
 mod coupled;
 mod evaluation;
+mod finite_horizon;
 mod in_flight;
 mod iterate;
 mod krylov;
@@ -30,6 +32,11 @@ use slqg::{DefaultInput, arrival};
 use std::borrow::Cow;
 
 pub use age_chain::age_transitions;
+pub use coupled::mean_square_rate;
+pub(crate) use coupled::{ClosedLoop, Mode, modes};
+pub(crate) use evaluation::solve_correction;
+pub use coupled::finite_horizon_reference;
+pub use finite_horizon::{FiniteHorizon, finite_horizon};
 pub use iterate::Outcome;
 pub use law::{Law, in_flight_count, mode_weights};
 pub(crate) use spectral::modulus;

@@ -3,7 +3,7 @@
 //! Arnoldi's method: the closed loop's second moments can rotate (complex pairs of eigenvalues close in modulus to
 //! the largest), which plain power iteration mistakes for no convergence.
 
-use super::krylov::Krylov;
+use super::krylov::{Krylov, norm};
 use crate::design::modes;
 use nalgebra::DMatrix;
 
@@ -11,6 +11,8 @@ use nalgebra::DMatrix;
 const ROOM: usize = 20_000_000;
 /// Basis vectors at least and at most; the maps here settle within a hundred.
 const SPACE: (usize, usize) = (48, 320);
+/// Plain applications before the first basis is built: what decays fast then needs no basis vector.
+const FILTER: usize = 48;
 /// Relative change between looks at the eigenvalues that counts as none.
 const SETTLED: f64 = 1e-12;
 /// Looks in a row at which nothing may have changed.
@@ -24,7 +26,7 @@ const RESTARTS: usize = 8;
 /// eigenvalue itself.
 pub(super) fn spectral_radius(start: &[f64], mut apply: impl FnMut(&[f64], &mut [f64])) -> f64 {
     let most = (ROOM / start.len().max(1)).clamp(SPACE.0, SPACE.1).min(start.len());
-    let mut start = start.to_vec();
+    let mut start = filtered(start, &mut apply);
     let mut radius = 0.0;
     let mut settled = 0;
     for _ in 0..RESTARTS {
@@ -36,7 +38,7 @@ pub(super) fn spectral_radius(start: &[f64], mut apply: impl FnMut(&[f64], &mut 
             if space.dimension() < look && space.can_grow() {
                 continue;
             }
-            look += look / 4;
+            look += look / 2;
             // A look at which the eigenvalues do not settle is passed over; the next has a larger matrix.
             if let Some(found) = modulus(&space.projected().into_owned()) {
                 settled = if (found - radius).abs() <= SETTLED * found { settled + 1 } else { 0 };
@@ -52,6 +54,22 @@ pub(super) fn spectral_radius(start: &[f64], mut apply: impl FnMut(&[f64], &mut 
         start = space.combine(&dominant(&space.projected().into_owned(), radius));
     }
     radius
+}
+
+/// `start` after [`FILTER`] applications, scaled to unit length in between; zero if nothing is left of it.
+fn filtered(start: &[f64], apply: &mut impl FnMut(&[f64], &mut [f64])) -> Vec<f64> {
+    let mut vector = start.to_vec();
+    let mut image = vec![0.0; start.len()];
+    for _ in 0..FILTER {
+        let length = norm(&vector);
+        if length < f64::MIN_POSITIVE {
+            break;
+        }
+        vector.iter_mut().for_each(|value| *value /= length);
+        apply(&vector, &mut image);
+        std::mem::swap(&mut vector, &mut image);
+    }
+    vector
 }
 
 /// Coordinates of the direction that `projected` stretches by `radius`, by inverse iteration.

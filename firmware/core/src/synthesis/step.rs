@@ -265,8 +265,8 @@ impl<T: Scalar> Change<T> {
             for lane in 0..4 {
                 self.difference[lane] += (values[lane] - entries[lane]).abs();
                 self.size[lane] += values[lane].abs();
-                entries[lane] = values[lane];
             }
+            entries.copy_from_slice(values);
         }
         for (entry, value) in fours.into_remainder().iter_mut().zip(rest) {
             self.replace(entry, *value);

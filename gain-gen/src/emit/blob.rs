@@ -1,0 +1,38 @@
+//! The gains as bytes that a device loads at run time; the layout is [`slqg::blob`]'s.
+
+use super::literal::Table;
+use super::{EmitError, design_id};
+use crate::design::DeviceScalar;
+use crate::report::Report;
+use slqg::Scalar;
+use slqg::blob::{self, Shape};
+use slqg::gains::Tables;
+
+/// The blob of `report`'s law in the device's scalar.
+pub(super) fn bytes(report: &Report) -> Result<Vec<u8>, EmitError> {
+    match report.design.controller.scalar {
+        DeviceScalar::F32 => encoded::<f32>(report),
+        DeviceScalar::F64 => encoded::<f64>(report),
+    }
+}
+
+fn encoded<T: Scalar>(report: &Report) -> Result<Vec<u8>, EmitError> {
+    let (law, scalar) = (&report.solution.law, report.design.controller.scalar);
+    let rounded = |name, values: &[f64]| -> Result<Vec<T>, EmitError> {
+        let table = Table { name, scalar };
+        values.iter().map(|&value| table.fits(value).map(|()| T::nearest(value))).collect()
+    };
+    let lx = rounded("Lx", law.lx.transpose().as_slice())?;
+    let m = rounded("M", law.m.transpose().as_slice())?;
+    let arrival = rounded("r", &law.arrival)?;
+    let shape = Shape {
+        length: law.length,
+        states: law.lx.ncols(),
+        inputs: law.inputs(),
+        default_input: law.default_input,
+    };
+    let mut buffer = vec![0; blob::encoded_len(&shape, T::BYTES)];
+    let tables = Tables { lx: &lx, m: &m, arrival: &arrival };
+    blob::encode(design_id(&report.design), &shape, &tables, &mut buffer).map_err(EmitError::Blob)?;
+    Ok(buffer)
+}

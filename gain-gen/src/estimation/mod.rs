@@ -1,0 +1,111 @@
+//! What the estimator can do over the sensor's link: thesis 3.4.1, Theorems 3.3 a) and 3.4 a), and the cost (3.33).
+//!
+//! | file | what lives there |
+//! |---|---|
+//! | `critical` | the critical arrival probability `q_crit` |
+//! | `riccati` | the modified Riccati equation, solved as the control problem it mirrors |
+//! | `covariance` | bounds on the covariance of the estimation error |
+//!
+//! **The cost.** With the state estimated, `U = Lx xhat + M vbar` differs from the best input for the true state by
+//! `Lx e`, where `e` is the estimation error. Completing the square in the Bellman equation (THEORY 4), that costs
+//! `e' Lx' Rbar Lx e` a step, and since `Lx = -Rbar^# Gx`,
+//!
+//! ```text
+//! Pi = Lx' Rbar Lx = -Gx' Lx = Q + A' P A - P        (nx x nx; the state block of P_k in (3.33), in every mode)
+//! long-run cost per step = tr(P W) + tr(Pi E[e e'])
+//! ```
+//!
+//! `e` depends on the sensor's link and on noise only, not on the actuator's mode, so its covariance can be averaged on
+//! its own. `E[e e']` has no closed form; bounds on it give bounds on the cost. They coincide where it is certain by
+//! when a measurement is there.
+
+mod covariance;
+mod critical;
+mod riccati;
+
+use crate::design::{Acknowledgement, Design};
+use crate::solve::{Outcome, Solution};
+use crate::stability::{loses_sight, open_loop_modulus};
+use nalgebra::DMatrix;
+
+pub use covariance::{CovarianceBounds, covariance_bounds};
+pub use critical::{critical_probability, critical_probability_by_bisection};
+pub use riccati::{kalman_covariance, modified_riccati};
+
+/// Whether the expected error covariance of the estimator stays bounded.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum EstimationVerdict {
+    /// Theorem 3.3 a): `A` is stable, or `q_arr > q_crit`.
+    Stable,
+    /// Theorem 3.4 a): `q_arr <= 1 - |lambda_max(A)|^-2`.
+    Unstable,
+    /// Neither theorem applies.
+    Open,
+}
+
+impl EstimationVerdict {
+    /// As in reports and JSON.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Stable => "stable",
+            Self::Unstable => "unstable",
+            Self::Open => "open",
+        }
+    }
+}
+
+/// What is known about the estimator of a design, and what the loop costs with it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Estimation {
+    /// `q_arr = Q_sc(N^B)`: probability that a measurement arrives while it still counts.
+    pub arrival: f64,
+    /// `q_crit`: above it the modified Riccati equation has a solution.
+    pub critical: f64,
+    /// Which theorem applies.
+    pub verdict: EstimationVerdict,
+    /// Bounds on `E[e e']` in steady state, where `e` is the error of the estimate that the controller acts on.
+    pub covariance: CovarianceBounds,
+    /// At least this is the long-run cost per step; infinite if it has no bound.
+    pub cost_lower: f64,
+    /// At most this is the long-run cost per step; infinite if no bound is known.
+    pub cost_upper: f64,
+}
+
+impl Estimation {
+    /// Judges the estimator of `design`, whose gains are `solution`.
+    ///
+    /// Bounds from above hold for instant acknowledgements only: without, the estimator does not know what was applied.
+    /// The cost is that of gains without input limits.
+    pub fn of(design: &Design, solution: &Solution) -> Self {
+        let (plant, link) = (&design.plant, &design.network.sensor_to_controller);
+        let buffer = design.controller.measurement_buffer;
+        let arrival = link.arrival(buffer);
+        let critical = critical_probability(&plant.a, &plant.c);
+        let verdict = if loses_sight(plant, link, buffer) {
+            EstimationVerdict::Unstable
+        } else if open_loop_modulus(&plant.a) < 1.0 || arrival > critical {
+            EstimationVerdict::Stable
+        } else {
+            EstimationVerdict::Open
+        };
+        let mut covariance = covariance_bounds(plant, link, buffer);
+        if design.network.acknowledgement != Acknowledgement::Instant {
+            covariance.upper = None;
+        }
+        let cost = |covariance: &Option<DMatrix<f64>>| match (covariance, solution.outcome) {
+            (Some(covariance), Outcome::Converged) => {
+                let weight = error_weight(design, solution);
+                solution.control_cost(&plant.process_noise) + weight.component_mul(covariance).sum().max(0.0)
+            }
+            _ => f64::INFINITY,
+        };
+        let (cost_lower, cost_upper) = (cost(&covariance.lower), cost(&covariance.upper));
+        Self { arrival, critical, verdict, covariance, cost_lower, cost_upper }
+    }
+}
+
+/// `Pi = Q + A' P A - P`, nx x nx: what a squared estimation error costs, per step.
+fn error_weight(design: &Design, solution: &Solution) -> DMatrix<f64> {
+    let (a, p) = (&design.plant.a, &solution.cost_to_go);
+    &design.cost.q + a.transpose() * p * a - p
+}

@@ -1,0 +1,123 @@
+//! What each sequence length costs: one design, many lengths, side by side.
+//!
+//! [`Sweep`] holds the figures; `table`, `json` and `plot` write them down.
+
+mod json;
+mod plot;
+mod table;
+
+use crate::design::{Design, DeviceScalar};
+use crate::report::Verdict;
+use crate::solve::{LoopProblem, Method, Outcome, solve};
+use crate::stability::loses_sight;
+use rayon::prelude::*;
+use slqg::DefaultInput;
+
+/// The figures of every length asked for.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sweep {
+    /// Name of the design.
+    pub name: String,
+    /// Default inputs compared, at least one.
+    pub default_inputs: Vec<DefaultInput>,
+    /// Scalar on the device, for the sizes in bytes.
+    pub scalar: DeviceScalar,
+    /// In order of the default inputs, and for each of ascending length.
+    pub results: Vec<LengthFigures>,
+}
+
+/// What one length comes to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LengthFigures {
+    /// Inputs per packet, `N`.
+    pub sequence_length: usize,
+    /// What the actuator applies when its buffer has run out.
+    pub default_input: DefaultInput,
+    /// Whether the loop is stable with this length, measurements included; as in [`crate::report::Report::verdict`].
+    pub verdict: Verdict,
+    /// Spectral radius of the closed loop's second moments, per step.
+    pub mean_square_rate: f64,
+    /// Long-run cost per step with the state known, `tr(P W)`; infinite if no gains stabilise.
+    pub control_cost: f64,
+    /// Numbers in the tables on the device: `Lx`, `M`, `r`.
+    pub table_floats: usize,
+    /// Numbers in the tables of the coupled form.
+    pub coupled_table_floats: usize,
+}
+
+impl Sweep {
+    /// Solves `design` for each of the `lengths` with each of the `default_inputs`, in parallel.
+    ///
+    /// The same figures in the same order on any number of threads.
+    pub fn new(design: &Design, lengths: &[usize], default_inputs: &[DefaultInput]) -> Self {
+        let is_blind = loses_sight(
+            &design.plant,
+            &design.network.sensor_to_controller,
+            design.controller.measurement_buffer,
+        );
+        let cases: Vec<_> = default_inputs
+            .iter()
+            .flat_map(|&input| lengths.iter().map(move |&length| (input, length)))
+            .collect();
+        let results = cases
+            .into_par_iter()
+            // One case a task: a few long sequences take most of the time.
+            .with_max_len(1)
+            .map(|(default_input, length)| {
+                let problem = LoopProblem { default_input, length, ..LoopProblem::of(design) };
+                figures(design, &problem, is_blind)
+            })
+            .collect();
+        Self {
+            name: design.name.clone(),
+            default_inputs: default_inputs.to_vec(),
+            scalar: design.controller.scalar,
+            results,
+        }
+    }
+
+    /// Whether any length stabilises the loop.
+    pub fn is_any_stable(&self) -> bool {
+        self.results.iter().any(|figures| figures.verdict == Verdict::Stable)
+    }
+
+    /// Cost of `figures` as a multiple of the cost of the longest stable length with the same default input.
+    /// `None` if it has no finite cost, or the longest costs nothing.
+    pub fn relative_cost(&self, figures: &LengthFigures) -> Option<f64> {
+        let comparable = |other: &&LengthFigures| {
+            other.default_input == figures.default_input && other.control_cost.is_finite()
+        };
+        let longest = self.results.iter().rfind(comparable)?.control_cost;
+        (figures.control_cost.is_finite() && longest > 0.0).then(|| figures.control_cost / longest)
+    }
+
+    /// Size of `floats` numbers on the device, in bytes.
+    pub fn bytes(&self, floats: usize) -> usize {
+        floats
+            * match self.scalar {
+                DeviceScalar::F32 => size_of::<f32>(),
+                DeviceScalar::F64 => size_of::<f64>(),
+            }
+    }
+}
+
+fn figures(design: &Design, problem: &LoopProblem, is_blind: bool) -> LengthFigures {
+    let solution = solve(problem, Method::InFlight);
+    let verdict = match solution.outcome {
+        Outcome::Converged if !is_blind => Verdict::Stable,
+        Outcome::Undecided if !is_blind => Verdict::Undecided,
+        Outcome::Converged | Outcome::Undecided | Outcome::Unstable => Verdict::Unstable,
+    };
+    LengthFigures {
+        sequence_length: problem.length,
+        default_input: problem.default_input,
+        verdict,
+        mean_square_rate: solution.mean_square_rate,
+        control_cost: match solution.outcome {
+            Outcome::Converged => solution.control_cost(&design.plant.process_noise),
+            Outcome::Unstable | Outcome::Undecided => f64::INFINITY,
+        },
+        table_floats: solution.law.table_floats(),
+        coupled_table_floats: solution.law.coupled_table_floats(),
+    }
+}

@@ -1,0 +1,46 @@
+//! The system's C compiler. Tests that need one fail without it: nobody would notice that they did nothing.
+
+use std::ffi::OsStr;
+use std::io::Write;
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+
+/// What generated source must compile under.
+pub(crate) const STRICT: [&str; 7] =
+    ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-Wconversion", "-O2"];
+
+/// Runs `compiler`, `cc` or `c++`, in `folder`.
+///
+/// # Panics
+/// If there is none, with what to install.
+pub(crate) fn run<A: AsRef<OsStr>>(compiler: &str, folder: &Path, arguments: &[A]) -> Output {
+    Command::new(compiler).args(arguments).current_dir(folder).output().unwrap_or_else(|error| {
+        panic!(
+            "cannot run {compiler}: {error}.\nGenerated C is tested with the system's compiler; install one \
+             (Debian: apt-get install gcc g++, Fedora: dnf install gcc gcc-c++, macOS: xcode-select --install)"
+        )
+    })
+}
+
+/// As [`run`], for what must compile.
+pub(crate) fn compile<A: AsRef<OsStr>>(compiler: &str, folder: &Path, arguments: &[A]) {
+    let output = run(compiler, folder, arguments);
+    assert!(output.status.success(), "{compiler}: {}", String::from_utf8_lossy(&output.stderr));
+}
+
+/// What `program` prints, given `input`.
+pub(crate) fn answer(program: &Path, input: &str) -> String {
+    let mut child = Command::new(program)
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap_or_else(|error| panic!("cannot run {}: {error}", program.display()));
+    let mut stdin = child.stdin.take().expect("piped");
+    let input = input.to_string();
+    // From a thread of its own: the program may wait for its answers to be read.
+    let writer = std::thread::spawn(move || stdin.write_all(input.as_bytes()));
+    let output = child.wait_with_output().expect("it ends");
+    writer.join().expect("no panic").expect("it reads all");
+    assert!(output.status.success());
+    String::from_utf8(output.stdout).expect("ASCII")
+}

@@ -1,0 +1,325 @@
+//! Generated C is compiled and run: it does what the core does, to the bit, over many cycles with lost, late and
+//! invented acknowledgements.
+
+mod c_compiler;
+mod draws;
+
+use assert_cmd::cargo::cargo_bin_cmd;
+use c_compiler::{STRICT, answer, compile, run};
+use draws::Draws;
+use gain_gen::design::Design;
+use gain_gen::emit::{Output, write_all};
+use gain_gen::report::Report;
+use gain_gen::solve::Method;
+use slqg::actuator::{Age, Limits, Settings};
+use slqg::gains::{Gains, Tables};
+use slqg::in_flight::InFlight;
+use slqg::nalgebra::{DMatrix, SVector};
+use slqg::sequence::ControlSequence;
+use slqg::{DefaultInput, Scalar, Tick};
+use std::path::{Path, PathBuf};
+
+const CYCLES: usize = 1000;
+/// Close to where ticks wrap.
+const FIRST_TICK: Tick = Tick(u32::MAX - 300);
+
+/// Runs a law on cycles read from stdin and prints what it does, a line a cycle.
+const DRIVER: &str = include_str!("c_compiler/driver.c");
+
+/// What becomes of a cycle's sequence.
+#[derive(Debug, Clone, Copy)]
+enum Action {
+    Sent,
+    Unsent,
+    Skipped,
+}
+
+/// A cycle as the driver reads it.
+struct Cycle<T: Scalar, const NX: usize> {
+    acknowledgement: Option<Age>,
+    action: Action,
+    state: SVector<T, NX>,
+}
+
+impl<T: Scalar, const NX: usize> Cycle<T, NX> {
+    fn drawn(draws: &mut Draws, length: usize) -> Self {
+        let acknowledgement = match draws.below(8) {
+            0 => None,
+            1 => Some(Age::Empty),
+            // Not always a sequence that was sent, or could have been.
+            2 => Some(Age::Steps(draws.below(255) as u8)),
+            _ => Some(Age::Steps(draws.below(length) as u8)),
+        };
+        let action = match draws.below(8) {
+            0 => Action::Unsent,
+            1 => Action::Skipped,
+            _ => Action::Sent,
+        };
+        // Now and then beyond what a sequence can hold.
+        let scale = match draws.below(64) {
+            0 => T::nearest(f64::INFINITY),
+            1 => T::nearest(f64::from(f32::MAX)),
+            _ => T::nearest(10.0),
+        };
+        Self { acknowledgement, action, state: draws.vector() * scale }
+    }
+
+    fn line(&self) -> String {
+        let age = match self.acknowledgement {
+            None => 256,
+            Some(Age::Empty) => 255,
+            Some(Age::Steps(steps)) => steps.into(),
+        };
+        format!("{age} {}{}\n", self.action as u8, hex(&self.state))
+    }
+}
+
+/// Entries as bit patterns, each after a space.
+fn hex<T: Scalar, const D: usize>(vector: &SVector<T, D>) -> String {
+    let bits = |value: &T| match T::BYTES {
+        4 => format!(" {:x}", (value.widen() as f32).to_bits()),
+        _ => format!(" {:x}", value.widen().to_bits()),
+    };
+    vector.iter().map(bits).collect()
+}
+
+/// The core's law over the same cycles: what the controller node does, with the state given.
+struct Core<'g, T: Scalar, const NX: usize, const NU: usize, const N: usize> {
+    gains: &'g Gains<'g, T, NX, NU>,
+    actuator: Settings<T, NU>,
+    tick: Tick,
+    in_flight: InFlight<T, NU, N, 2>,
+    /// The input of the cycle before the last.
+    held: SVector<T, NU>,
+}
+
+impl<T: Scalar, const NX: usize, const NU: usize, const N: usize> Core<'_, T, NX, NU, N> {
+    /// What was applied in cycle `tick`, if its age is believed.
+    fn applied(&self, tick: Tick, age: Age) -> Option<SVector<T, NU>> {
+        let input = self.in_flight.applied_input(self.actuator.default_input, tick, age, &self.held)?;
+        Some(self.actuator.saturate(&input))
+    }
+
+    fn cycle(&mut self, cycle: &Cycle<T, NX>) -> String {
+        let applied =
+            cycle.acknowledgement.map(|age| self.applied(self.tick - 1, age).map(|input| (age, input)));
+        if let Some(Some((age, input))) = applied {
+            self.in_flight.acknowledge(age, input);
+        }
+        let believed = applied.map_or(2, |applied| u8::from(applied.is_some()));
+        let mut line = format!("{believed}{}", hex(self.in_flight.last_input()));
+        let mut sent = None;
+        if !matches!(cycle.action, Action::Skipped) {
+            let inputs = self.gains.sequence(&cycle.state, &self.in_flight.expected_inputs(self.gains));
+            let sequence = ControlSequence { tick: self.tick, inputs };
+            if sequence.is_finite() {
+                line.push_str(" finite");
+                line.extend(sequence.inputs.iter().map(hex));
+                sent = matches!(cycle.action, Action::Sent).then_some(sequence);
+            } else {
+                line.push_str(" not finite");
+            }
+        }
+        self.in_flight.push(sent);
+        self.held = *self.in_flight.last_input();
+        let age = self.in_flight.last_age().played_on(N);
+        let input = self.applied(self.tick, age).unwrap_or_else(SVector::zeros);
+        self.in_flight.acknowledge(age, input);
+        self.tick += 1;
+        line
+    }
+}
+
+fn here(path: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
+}
+
+fn solved(design: &str, length: Option<usize>, default_input: Option<DefaultInput>) -> Report {
+    let mut design = Design::load(&here(design)).unwrap();
+    design.controller.sequence_length = length.unwrap_or(design.controller.sequence_length);
+    design.controller.default_input = default_input.unwrap_or(design.controller.default_input);
+    Report::new(&design, Method::InFlight)
+}
+
+/// Writes the law of `report` as `law.h` and `law.c` into `folder`.
+fn emitted(report: &Report, folder: &Path) {
+    let header = folder.join("law.h");
+    write_all(&Output::c(&header).unwrap().files(report, "test.toml").unwrap()).unwrap();
+}
+
+fn rounded<T: Scalar>(values: &[f64]) -> Vec<T> {
+    values.iter().map(|&value| T::nearest(value)).collect()
+}
+
+fn row_major<T: Scalar>(matrix: &DMatrix<f64>) -> Vec<T> {
+    rounded(matrix.transpose().as_slice())
+}
+
+fn settings<T: Scalar, const NU: usize>(report: &Report) -> Settings<T, NU> {
+    let settings = &report.design.controller;
+    let limits = settings.input_limits.as_ref().map(|pairs| Limits {
+        min: SVector::from_fn(|input, _| T::nearest(pairs[input].0)),
+        max: SVector::from_fn(|input, _| T::nearest(pairs[input].1)),
+    });
+    Settings { default_input: settings.default_input, limits }
+}
+
+/// Compiles the law of `report` strictly, and again as a compiler likes it best, and runs it beside the core.
+macro_rules! does_what_the_core_does {
+    ($report:expr, $scalar:ty, $nx:literal, $nu:literal, $n:literal) => {{
+        let report = $report;
+        let law = &report.solution.law;
+        let (lx, m, arrival) = (row_major(&law.lx), row_major(&law.m), rounded(&law.arrival));
+        let tables = Tables { lx: &lx, m: &m, arrival: &arrival };
+        let gains = Gains::<$scalar, $nx, $nu>::check(law.length, law.default_input, tables).unwrap();
+        meets::<$scalar, $nx, $nu, $n>(&report, &gains);
+    }};
+}
+
+fn meets<T: Scalar, const NX: usize, const NU: usize, const N: usize>(
+    report: &Report,
+    gains: &Gains<'_, T, NX, NU>,
+) {
+    let mut core = Core::<T, NX, NU, N> {
+        gains,
+        actuator: settings(report),
+        tick: FIRST_TICK,
+        in_flight: InFlight::default(),
+        held: SVector::zeros(),
+    };
+    let mut draws = Draws(7);
+    let cycles: Vec<_> = (0..CYCLES).map(|_| Cycle::<T, NX>::drawn(&mut draws, N)).collect();
+    let expected: Vec<_> = cycles.iter().map(|cycle| core.cycle(cycle)).collect();
+    for part in ["0 ", "1 ", "2 ", " finite", " not finite"] {
+        assert!(expected.iter().any(|line| line.contains(part)), "the run has no case {part:?}");
+    }
+    let input = format!("{}\n{}", FIRST_TICK.0, cycles.iter().map(Cycle::line).collect::<String>());
+
+    let folder = tempfile::tempdir().unwrap();
+    emitted(report, folder.path());
+    let (scalar, bits) = if T::BYTES == 4 { ("float", "32") } else { ("double", "64") };
+    let driver = DRIVER.replace("@scalar@", scalar).replace("@bits@", bits);
+    std::fs::write(folder.path().join("driver.c"), driver).unwrap();
+    // The second would fuse products and sums, were it not told not to.
+    let mut eager = vec!["-std=gnu99", "-O3"];
+    if cfg!(target_arch = "x86_64") {
+        eager.push("-march=native");
+    }
+    for flags in [&STRICT[..], &eager] {
+        compile("cc", folder.path(), &[flags, &["driver.c", "law.c", "-o", "driver"]].concat());
+        let answers = answer(&folder.path().join("driver"), &input);
+        assert_eq!(answers.lines().count(), CYCLES);
+        for (at, (found, expected)) in answers.lines().zip(&expected).enumerate() {
+            assert_eq!(found, expected, "cycle {at}, {flags:?}");
+        }
+    }
+    compile("c++", folder.path(), &["-std=c++11", "-x", "c++", "-c", "law.c", "-o", "law.o"]);
+    let strict = [&["-std=c++11", "-x", "c++"], &STRICT[1..], &["-c", "law.c", "-o", "law.o"]].concat();
+    compile("c++", folder.path(), &strict);
+}
+
+#[test]
+fn a_single_precision_law_does_what_the_core_does() {
+    does_what_the_core_does!(solved("../designs/pendulum.toml", None, None), f32, 4, 1, 4);
+}
+
+#[test]
+fn a_double_precision_law_that_holds_within_limits_does_what_the_core_does() {
+    does_what_the_core_does!(solved("tests/data/crane.toml", None, None), f64, 3, 2, 3);
+}
+
+#[test]
+fn the_shortest_laws_do_what_the_core_does() {
+    let integrator = |length, default_input| {
+        solved("../designs/double_integrator.toml", Some(length), Some(default_input))
+    };
+    does_what_the_core_does!(integrator(1, DefaultInput::Zero), f32, 2, 1, 1);
+    does_what_the_core_does!(integrator(1, DefaultInput::Hold), f32, 2, 1, 1);
+    does_what_the_core_does!(integrator(2, DefaultInput::Zero), f32, 2, 1, 2);
+    does_what_the_core_does!(solved("tests/data/crane.toml", Some(1), None), f64, 3, 2, 1);
+}
+
+#[test]
+fn todays_generator_writes_the_committed_sources() {
+    let folder = tempfile::tempdir().unwrap();
+    for design in ["../designs/pendulum.toml", "tests/data/crane.toml"] {
+        let design = here(design);
+        let header = folder.path().join(design.file_name().unwrap()).with_extension("h");
+        let output = cargo_bin_cmd!("gain-gen")
+            .args(["emit", "--to", "c", "--output"])
+            .args([&header, &design])
+            .output()
+            .unwrap();
+        assert!(output.status.success() && output.stdout.is_empty(), "{output:?}");
+        for written in [header.with_extension("c"), header] {
+            let committed = here("tests/generated").join(written.file_name().unwrap());
+            assert!(
+                std::fs::read(&written).unwrap() == std::fs::read(&committed).unwrap_or_default(),
+                "{} is not what the generator writes today. If the change is wanted:\n\
+                 cargo run -p gain-gen -- emit {} --to c --output {}",
+                committed.display(),
+                design.display(),
+                committed.with_extension("h").display(),
+            );
+        }
+    }
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 4, "temporary files were left behind");
+}
+
+#[test]
+fn a_source_does_not_compile_with_another_header_or_with_reordered_sums() {
+    let folder = tempfile::tempdir().unwrap();
+    emitted(&solved("../designs/pendulum.toml", Some(3), None), folder.path());
+    let header = std::fs::read(folder.path().join("law.h")).unwrap();
+    emitted(&solved("../designs/pendulum.toml", None, None), folder.path());
+    let refused = |flags: &[&str], reason: &str| {
+        let output = run("cc", folder.path(), &[flags, &["-c", "law.c", "-o", "law.o"]].concat());
+        assert!(!output.status.success());
+        let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(stderr.contains(reason), "{stderr}");
+    };
+    refused(&["-O2", "-ffast-math"], "without -ffast-math");
+    std::fs::write(folder.path().join("law.h"), header).unwrap();
+    refused(&["-std=c99"], "header and source were not generated together");
+}
+
+#[test]
+fn a_file_that_is_no_header_is_refused_and_nothing_is_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let emit = |name: &str, more: &[&str]| {
+        let output = cargo_bin_cmd!("gain-gen")
+            .args(["emit", "--to", "c", "--output"])
+            .args([folder.path().join(name), here("../designs/critical.toml")])
+            .args(more)
+            .output()
+            .unwrap();
+        (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
+    };
+    let (status, stderr) = emit("critical.c", &[]);
+    assert_eq!(status, Some(2));
+    assert!(stderr.contains("give a header, such as \"critical.h\""), "{stderr}");
+    assert_eq!(emit("critical.h", &["--sequence-length", "2"]).0, Some(3), "it cannot be stabilised");
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
+    // The header could be written, the source not.
+    std::fs::create_dir(folder.path().join("critical.c")).unwrap();
+    let (status, stderr) = emit("critical.h", &[]);
+    assert_eq!(status, Some(2));
+    assert!(stderr.contains("critical.c: cannot be written"), "{stderr}");
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+}
+
+#[test]
+fn any_name_of_a_design_and_of_a_file_makes_source_that_compiles() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut report = solved("../designs/double_integrator.toml", None, None);
+    report.design.name = "*/ #error /* ?\u{3f}/ @law@ @body@ \u{202e}ä\n\\".into();
+    for stem in ["int", "2nd-axis (left)", "größe", "@law@"] {
+        let header = folder.path().join(format!("{stem}.h"));
+        let files = Output::c(&header).unwrap().files(&report, "*/.toml").unwrap();
+        assert!(files.iter().all(|file| file.content.is_ascii() || stem == "größe"));
+        write_all(&files).unwrap();
+        let source = format!("{stem}.c");
+        let arguments = [&STRICT[..], &["-c", &source, "-o", "law.o"]].concat();
+        compile("cc", folder.path(), &arguments);
+    }
+}
