@@ -20,6 +20,9 @@ use std::process::ExitCode;
 /// Lengths a design may ask for.
 const LENGTHS: RangeInclusive<usize> = 1..=LONGEST_SEQUENCE;
 
+/// Lengths a task may have: more tables than these fill no device's flash.
+const HORIZONS: RangeInclusive<usize> = 1..=10_000;
+
 /// Optimal gains for control over links that lose and delay packets
 ///
 /// Exit status: 0 done; 2 the input is wrong, stderr says where and how to mend it; 3 the loop cannot be
@@ -46,6 +49,9 @@ enum Command {
         /// Add how much more loss, delay and input gain the loop bears: a minute or more for N = 20
         #[arg(long)]
         margins: bool,
+        /// Add the time-varying gains of a task of so many cycles (1 to 10000), which ends with cost.terminal
+        #[arg(long, value_name = "K", value_parser = horizon)]
+        horizon: Option<usize>,
         /// Write a proof of stability to this file, as JSON that anybody can check
         #[arg(long, value_name = "FILE")]
         certificate: Option<PathBuf>,
@@ -78,6 +84,11 @@ enum Command {
         /// What to write
         #[arg(long, value_enum)]
         to: FormatName,
+        /// Write the time-varying gains of a task of so many cycles (1 to 10000) instead of the steady-state ones
+        ///
+        /// The task ends with the weight cost.terminal. It need not be one that could go on for ever. rust and json only.
+        #[arg(long, value_name = "K", value_parser = horizon)]
+        horizon: Option<usize>,
         /// File to write; for C the header, which ends in .h
         #[arg(long, value_name = "FILE")]
         output: PathBuf,
@@ -164,13 +175,13 @@ impl Failure {
 /// Reads the command line, does what it asks and returns the exit status.
 pub(crate) fn run() -> ExitCode {
     let outcome = match Cli::parse().command {
-        Command::Report { source, method, json, margins, certificate } => {
-            report(&source, method, json, margins, certificate.as_deref())
+        Command::Report { source, method, json, margins, horizon, certificate } => {
+            report(&source, method, json, &Additions { margins, horizon, certificate })
         }
         Command::Sweep { design, lengths, default_input, json, plot } => {
             sweep(&design, &lengths, default_input, json, plot.as_deref())
         }
-        Command::Emit { source, to, output } => emit(&source, to, &output),
+        Command::Emit { source, to, horizon, output } => emit(&source, to, horizon, &output),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
@@ -181,22 +192,26 @@ pub(crate) fn run() -> ExitCode {
     }
 }
 
-fn report(
-    source: &Source,
-    method: MethodName,
-    json: bool,
+/// What a report is asked for beyond the usual.
+struct Additions {
     margins: bool,
-    certificate: Option<&Path>,
-) -> Result<(), Failure> {
+    horizon: Option<usize>,
+    certificate: Option<PathBuf>,
+}
+
+fn report(source: &Source, method: MethodName, json: bool, additions: &Additions) -> Result<(), Failure> {
     let method = match method {
         MethodName::InFlight => Method::InFlight,
         MethodName::Coupled => Method::Coupled,
     };
     let mut report = solved(&source.load()?, method);
-    if margins {
+    if additions.margins {
         report.find_margins();
     }
-    if let Some(path) = certificate {
+    if let Some(cycles) = additions.horizon {
+        report.find_task(cycles);
+    }
+    if let Some(path) = &additions.certificate {
         report.certify()?;
         if let Some(text) = report.certificate_json() {
             emit::write(path, &text)?;
@@ -236,14 +251,17 @@ fn sweep(
     Ok(solved(&design, Method::InFlight).require_stable()?)
 }
 
-fn emit(source: &Source, to: FormatName, output: &Path) -> Result<(), Failure> {
+fn emit(source: &Source, to: FormatName, horizon: Option<usize>, output: &Path) -> Result<(), Failure> {
     let output = match to {
         FormatName::Rust => Output::text(Format::Rust, output),
         FormatName::C => Output::c(output)?,
         FormatName::Json => Output::text(Format::Json, output),
         FormatName::Blob => Output::blob(output),
     };
-    let report = solved(&source.load()?, Method::InFlight);
+    let mut report = solved(&source.load()?, Method::InFlight);
+    if let Some(cycles) = horizon {
+        report.find_task(cycles);
+    }
     let origin = source.design.file_name().unwrap_or_default().to_string_lossy();
     Ok(emit::write_all(&output.files(&report, &origin)?)?)
 }
@@ -285,8 +303,16 @@ impl Source {
 }
 
 fn sequence_length(text: &str) -> Result<usize, String> {
-    let allowed = format!("give a whole number of inputs from {} to {}", LENGTHS.start(), LENGTHS.end());
-    text.parse().ok().filter(|length| LENGTHS.contains(length)).ok_or(allowed)
+    whole_number(text, "inputs", &LENGTHS)
+}
+
+fn horizon(text: &str) -> Result<usize, String> {
+    whole_number(text, "cycles", &HORIZONS)
+}
+
+fn whole_number(text: &str, of: &str, allowed: &RangeInclusive<usize>) -> Result<usize, String> {
+    let advice = || format!("give a whole number of {of} from {} to {}", allowed.start(), allowed.end());
+    text.parse().ok().filter(|number| allowed.contains(number)).ok_or_else(advice)
 }
 
 /// Prints an answer. A reader that has seen enough and closes the pipe is no failure.

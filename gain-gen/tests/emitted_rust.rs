@@ -11,6 +11,10 @@ use slqg::in_flight::PlayOut;
 use slqg::{DefaultInput, Scalar, Tick};
 use std::path::{Path, PathBuf};
 
+mod draws;
+
+use draws::Draws;
+
 #[allow(dead_code, unreachable_pub)]
 mod pendulum {
     include!("generated/pendulum.rs");
@@ -38,23 +42,6 @@ fn solved(design: &Path) -> Solution {
     solve(&LoopProblem::of(&Design::load(design).unwrap()), Method::InFlight)
 }
 
-/// Numbers within -1 and 1 (splitmix64).
-struct Draws(u64);
-
-impl Draws {
-    fn bits(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
-    fn vector<T: Scalar, const D: usize>(&mut self) -> SVector<T, D> {
-        SVector::from_fn(|_, _| T::nearest((self.bits() >> 11) as f64 / (1_u64 << 52) as f64 - 1.0))
-    }
-}
-
 fn rounded<T: Scalar>(matrix: &DMatrix<f64>) -> std::vec::Vec<T> {
     matrix.transpose().iter().map(|&value| T::nearest(value)).collect()
 }
@@ -72,7 +59,7 @@ fn computes_what_the_solver_says<T: Scalar, const NX: usize, const NU: usize, co
     for draw in 0..DRAWS {
         let state: SVector<T, NX> = draws.vector();
         let last_input: SVector<T, NU> = draws.vector();
-        let mode = draws.bits() as usize % (N + 1);
+        let mode = draws.below(N + 1);
         let sent: [Vec<SVector<T, NU>, N>; N] =
             core::array::from_fn(|_| (0..N).map(|_| draws.vector()).collect());
 

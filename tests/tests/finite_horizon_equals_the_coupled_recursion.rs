@@ -42,9 +42,17 @@ fn finite_horizon_gains_equal_the_coupled_ones_where_the_loop_is_unstable_or_not
     for default_input in [DefaultInput::Zero, DefaultInput::Hold] {
         for length in 1..=5 {
             let mut problem = LoopProblem { default_input, ..critical.with_length(length) };
-            equal_in_every_cycle(&problem, &critical.q, &format!("critical, N = {length}, {default_input:?}"));
+            equal_in_every_cycle(
+                &problem,
+                &critical.q,
+                &format!("critical, N = {length}, {default_input:?}"),
+            );
             problem.link = DelayDistribution::new(vec![0.0, 0.5, 0.0, 0.3]).expect("a distribution");
-            equal_in_every_cycle(&problem, &critical.q, &format!("q(0) = 0, N = {length}, {default_input:?}"));
+            equal_in_every_cycle(
+                &problem,
+                &critical.q,
+                &format!("q(0) = 0, N = {length}, {default_input:?}"),
+            );
         }
     }
 }

@@ -1,9 +1,9 @@
 //! A solved design as files: Rust or C source or bytes for the device, or JSON for anything else.
 //!
 //! What is written depends on the design and the name of the file alone: no date, no path, no name of a machine.
-//! Only stable loops are written, and files are replaced only by complete new ones.
+//! Only stable loops and tasks of finite length are written, and files are replaced only by complete new ones.
 //!
-//! One file per format (`rust`, `c`, `json`, `blob`); `literal` spells numbers, `identity` says which design they
+//! One file per format (`rust`, `c`, `json`, `blob`), and one for what differs in a task of finite length (`task`); `literal` spells numbers, `identity` says which design they
 //! belong to, `files` puts them on the disk.
 
 mod blob;
@@ -13,6 +13,7 @@ mod identity;
 mod json;
 mod literal;
 mod rust;
+mod task;
 
 pub use files::{File, WriteError, write, write_all};
 pub use identity::design_id;
@@ -51,6 +52,12 @@ pub enum EmitError {
     /// The law is beyond what a blob can hold.
     #[error("blob: {0}")]
     Blob(EncodeError),
+    /// Time-varying gains have no such format.
+    #[error("--horizon: time-varying gains are written as rust or json, not as {format}")]
+    TimeVarying {
+        /// The format asked for.
+        format: &'static str,
+    },
     /// C needs a header by that name.
     #[error("--output: found {path:?} for C; {advice}")]
     HeaderName {
@@ -66,11 +73,16 @@ pub enum EmitError {
 /// # Errors
 /// The loop is not stable, or a number does not fit the device's scalar.
 pub fn emit(report: &Report, origin: &str, format: Format) -> Result<String, EmitError> {
-    report.require_stable()?;
+    writable(report)?;
     match format {
         Format::Rust => rust::source(report, origin),
         Format::Json => Ok(json::document(report)),
     }
+}
+
+/// A loop that runs for ever must be stable; a task that ends need not.
+fn writable(report: &Report) -> Result<(), NotStabilised> {
+    if report.task.is_some() { Ok(()) } else { report.require_stable() }
 }
 
 /// What to write, and where.
@@ -108,13 +120,23 @@ impl<'p> Output<'p> {
     /// # Errors
     /// The loop is not stable, or a number does not fit the device's scalar.
     pub fn files(&self, report: &Report, origin: &str) -> Result<Vec<File>, EmitError> {
-        report.require_stable()?;
+        writable(report)?;
+        let steady = |format| match report.task {
+            None => Ok(()),
+            Some(_) => Err(EmitError::TimeVarying { format }),
+        };
         Ok(match &self.0 {
             Kind::Text(format, path) => {
                 vec![File { path: path.into(), content: emit(report, origin, *format)?.into() }]
             }
-            Kind::C(names) => c::files(report, origin, names)?.into(),
-            Kind::Blob(path) => vec![File { path: path.into(), content: blob::bytes(report)? }],
+            Kind::C(names) => {
+                steady("c")?;
+                c::files(report, origin, names)?.into()
+            }
+            Kind::Blob(path) => {
+                steady("blob")?;
+                vec![File { path: path.into(), content: blob::bytes(report)? }]
+            }
         })
     }
 }

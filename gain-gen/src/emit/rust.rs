@@ -5,16 +5,21 @@
 
 use super::EmitError;
 use super::literal::Table;
+use super::task;
 use crate::report::{Report, counted, default_input_name, figure, scalar_name};
 use nalgebra::DMatrix;
 use slqg::DefaultInput;
 
 /// Numbers in a line of the table of arrival probabilities.
-const PER_LINE: usize = 8;
+pub(super) const PER_LINE: usize = 8;
 
 /// The source for `report`. `origin`: name of the design file.
 pub(super) fn source(report: &Report, origin: &str) -> Result<String, EmitError> {
-    Ok([header(report, origin), sizes(report), gains(report)?, model(report)?, nodes(report)?].join("\n"))
+    let law = match &report.task {
+        None => gains(report)?,
+        Some(task) => task::gains(report, task)?,
+    };
+    Ok([header(report, origin), sizes(report), law, model(report)?, nodes(report)?].join("\n"))
 }
 
 fn header(report: &Report, origin: &str) -> String {
@@ -73,7 +78,7 @@ pub type Scalar = {scalar};
     )
 }
 
-fn default_input(report: &Report) -> &'static str {
+pub(super) fn default_input(report: &Report) -> &'static str {
     match report.solution.law.default_input {
         DefaultInput::Zero => "slqg::DefaultInput::Zero",
         DefaultInput::Hold => "slqg::DefaultInput::Hold",
@@ -187,7 +192,7 @@ pub const ACTUATOR: slqg::actuator::Settings<Scalar, INPUTS> = slqg::actuator::S
 #[rustfmt::skip]
 pub static DESIGN: slqg::controller::Design<'static, Scalar, STATES, INPUTS, OUTPUTS> =
     slqg::controller::Design {{
-        gains: GAINS,
+        gains: {gains},
         model: &MODEL,
         actuator: ACTUATOR,
         measurement_buffer: MEASUREMENT_BUFFER,
@@ -202,5 +207,6 @@ pub type Controller =
 pub type Actuator = slqg::actuator::Actuator<Scalar, INPUTS, SEQUENCE_LENGTH>;
 ",
         default = default_input(report),
+        gains = if report.task.is_some() { "HORIZON[0]" } else { "GAINS" },
     ))
 }

@@ -41,6 +41,9 @@ pub(crate) struct Document<'r> {
     length_tolerance: Option<f64>,
     /// Null where not asked for, or the loop is not stable.
     margins: Option<MarginFigures>,
+    /// Only with a task.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    task: Option<Task>,
 }
 
 /// [`crate::estimation::Estimation`]; null: unbounded, or no bound is known.
@@ -53,6 +56,16 @@ struct EstimationFigures {
     error_covariance_upper: Option<f64>,
     expected_cost_lower: f64,
     expected_cost_upper: f64,
+}
+
+/// A task of finite length: tables by cycle.
+#[derive(Serialize)]
+struct Task {
+    cycles: usize,
+    control_cost: Option<f64>,
+    lx: Vec<Rows>,
+    m: Vec<Rows>,
+    cost_to_go: Vec<Rows>,
 }
 
 /// [`crate::margins::Margins`].
@@ -101,6 +114,13 @@ impl<'r> Document<'r> {
                 expected_cost_upper: report.estimation.cost_upper,
             },
             length_tolerance: report.design.length_choice().map(|choice| choice.tolerance),
+            task: report.task.as_ref().map(|task| Task {
+                cycles: task.laws.len(),
+                control_cost: report.task_cost(),
+                lx: task.laws.iter().map(|law| rows(&law.lx)).collect(),
+                m: task.laws.iter().map(|law| rows(&law.m)).collect(),
+                cost_to_go: task.cost_to_go.iter().map(rows).collect(),
+            }),
             margins: report.margins.map(|margins| MarginFigures {
                 extra_loss: margins.extra_loss,
                 extra_delay_steps: margins.extra_delay,

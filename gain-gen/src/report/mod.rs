@@ -12,7 +12,10 @@ use crate::certificate::{Certificate, NotCertified, certify};
 use crate::design::{Design, DeviceScalar};
 use crate::estimation::Estimation;
 use crate::margins::{Margins, margins};
-use crate::solve::{LoopProblem, Method, Outcome, Solution, age_transitions, in_flight_count, solve};
+use crate::solve::{
+    FiniteHorizon, LoopProblem, Method, Outcome, Solution, age_transitions, finite_horizon, in_flight_count,
+    solve,
+};
 use crate::stability;
 use nalgebra::DMatrix;
 use slqg::DefaultInput;
@@ -68,6 +71,8 @@ pub struct Report {
     pub n_crit: Option<usize>,
     /// The estimator, and what the loop costs with it.
     pub estimation: Estimation,
+    /// Time-varying gains for a task of finite length; `None` before [`Report::find_task`].
+    pub task: Option<FiniteHorizon>,
     /// Distances to instability; `None` before [`Report::find_margins`] and for a loop that is not stable.
     pub margins: Option<Margins>,
     /// Proof of stability; `None` before [`Report::certify`] and for a loop that is not stable.
@@ -99,9 +104,23 @@ impl Report {
             solution,
             n_min,
             n_crit,
+            task: None,
             margins: None,
             certificate: None,
         }
+    }
+
+    /// Adds the gains of a task of `cycles` cycles, at least one, that ends with the terminal weight.
+    pub fn find_task(&mut self, cycles: usize) {
+        let problem = LoopProblem::of(&self.design);
+        self.task = Some(finite_horizon(&problem, &self.design.cost.terminal, cycles));
+    }
+
+    /// Expected cost of the task with the state known; `None` before [`Report::find_task`].
+    pub fn task_cost(&self) -> Option<f64> {
+        let plant = &self.design.plant;
+        let task = self.task.as_ref()?;
+        Some(task.control_cost(&plant.initial_mean, &plant.initial_covariance, &plant.process_noise))
     }
 
     /// Adds the margins if the verdict is [`Verdict::Stable`]. Dense: slow for long sequences.

@@ -32,7 +32,7 @@ impl Display for Report {
             self.tables(f)?;
             self.state_gain(f)?;
         }
-        Ok(())
+        self.task(f)
     }
 }
 
@@ -120,6 +120,15 @@ impl Report {
         let matrices = format!("N+1 = {count} matrices of {size} x {size}");
         let bound = figure(certificate.rate_bound());
         line(f, "certificate", format!("verified by Cholesky, {matrices}: rate at most {bound}"))
+    }
+
+    fn task(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let (Some(task), Some(cost)) = (&self.task, self.task_cost()) else { return Ok(()) };
+        let cycles = task.laws.len();
+        writeln!(f, "\nTask of {}", self.steps(cycles as f64))?;
+        line(f, "expected cost", format!("{:<12}of the whole task, state known", figure(cost)))?;
+        let numbers = task.laws.iter().map(|law| law.lx.len() + law.m.len()).sum::<usize>();
+        line(f, "Lx, M", format!("{} for all cycles together", counted(numbers, "number")))
     }
 
     fn margins(&self, f: &mut Formatter<'_>) -> fmt::Result {

@@ -32,10 +32,10 @@ use slqg::{DefaultInput, arrival};
 use std::borrow::Cow;
 
 pub use age_chain::age_transitions;
+pub use coupled::finite_horizon_reference;
 pub use coupled::mean_square_rate;
 pub(crate) use coupled::{ClosedLoop, Mode, modes};
 pub(crate) use evaluation::solve_correction;
-pub use coupled::finite_horizon_reference;
 pub use finite_horizon::{FiniteHorizon, finite_horizon};
 pub use iterate::Outcome;
 pub use law::{Law, in_flight_count, mode_weights};

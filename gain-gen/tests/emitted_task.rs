@@ -1,0 +1,81 @@
+//! A task's generated source is compiled and run: its laws are those of the finite-horizon recursion, cycle by cycle, and
+//! the core's controller takes them one after the other.
+
+use gain_gen::{
+    design::Design,
+    emit::{Format, emit},
+    report::Report,
+    solve::{LoopProblem, Method, finite_horizon},
+};
+use slqg::{
+    Tick,
+    nalgebra::{DVector, SVector},
+    wire,
+};
+use std::path::{Path, PathBuf};
+
+/// `critical` with sequences of two inputs, with which no loop is stable for ever.
+#[allow(dead_code, unreachable_pub)]
+mod task {
+    include!("generated/critical_task.rs");
+}
+
+fn generated() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/generated/critical_task.rs")
+}
+
+fn design() -> Design {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../designs/critical.toml");
+    let mut design = Design::load(&path).expect("a design");
+    design.set_sequence_length(task::SEQUENCE_LENGTH);
+    design
+}
+
+#[test]
+fn the_committed_task_is_what_the_generator_writes_today() {
+    let mut report = Report::new(&design(), Method::InFlight);
+    report.find_task(task::CYCLES);
+    let source = emit(&report, "critical.toml", Format::Rust).expect("a source");
+    let committed = std::fs::read_to_string(generated()).expect("the committed source");
+    assert!(
+        source == committed,
+        "regenerate: cargo run -p gain-gen -- emit designs/critical.toml --sequence-length 2 --horizon 8 --to rust \
+         --output gain-gen/tests/generated/critical_task.rs"
+    );
+}
+
+#[test]
+fn each_cycle_has_the_law_of_the_finite_horizon_recursion() {
+    let design = design();
+    let problem = LoopProblem::of(&design);
+    let expected = finite_horizon(&problem, &design.cost.terminal, task::CYCLES);
+    for (law, reference) in task::HORIZON.iter().zip(&expected.laws) {
+        for unit in 0..task::STATES + law.in_flight() {
+            let state = SVector::from_fn(|row, _| if row == unit { 1.0 } else { 0.0 });
+            let sent = [SVector::from([if unit >= task::STATES { 1.0 } else { 0.0 }])];
+            let sequence: heapless::Vec<_, 2> = law.sequence(&state, &sent);
+            let column = if unit < task::STATES { reference.lx.column(unit) } else { reference.m.column(0) };
+            let rounded = DVector::from_iterator(2, column.iter().map(|&gain| gain as f32));
+            assert!(sequence.iter().zip(rounded.iter()).all(|(found, gain)| found[0] == *gain));
+        }
+    }
+}
+
+#[test]
+fn a_controller_takes_the_laws_one_after_the_other() {
+    let mut controller = task::Controller::new(task::DESIGN, Tick(0)).expect("a design that fits");
+    let mut buffer = [0; 64];
+    let mut first_inputs = Vec::new();
+    for law in task::HORIZON {
+        controller.set_gains(law).expect("laws of one length");
+        let frame = controller.cycle(&mut buffer).expect("room").expect("a finite sequence");
+        let sequence = wire::decode_control::<f32, 1, 2>(frame).expect("a control frame");
+        first_inputs.push(sequence.inputs[0][0]);
+    }
+    assert_eq!(first_inputs.len(), task::CYCLES);
+    assert!(first_inputs[0] < 0.0, "the plant starts at 10, 10");
+    // In the last cycle only the weight of the next state is left; in the second input of a sequence nothing is.
+    let last = task::HORIZON[task::CYCLES - 1];
+    let at_the_end: heapless::Vec<_, 2> = last.sequence(&SVector::from([1.0, 1.0]), &[SVector::from([1.0])]);
+    assert_eq!(at_the_end[1][0], 0.0);
+}
