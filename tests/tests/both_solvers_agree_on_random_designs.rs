@@ -6,7 +6,7 @@ use gain_gen::{
     design::DelayDistribution,
     solve::{LoopProblem, Method, Outcome, solve},
 };
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 use proptest::{
     prelude::*,
     strategy::ValueTree,
@@ -57,18 +57,30 @@ fn link() -> impl Strategy<Value = DelayDistribution> {
     )
 }
 
+/// Units of the states, apart by up to a factor of 10 000 in one design of two.
+fn units(states: usize) -> impl Strategy<Value = DMatrix<f64>> {
+    prop_oneof![Just(vec![0.0; states]), prop::collection::vec(-2.0..2.0f64, states),].prop_map(|exponents| {
+        DMatrix::from_diagonal(&DVector::from_vec(exponents).map(|exponent| 10f64.powf(exponent)))
+    })
+}
+
+fn inverse(diagonal: &DMatrix<f64>) -> DMatrix<f64> {
+    DMatrix::from_diagonal(&diagonal.diagonal().map(|unit| 1.0 / unit))
+}
+
 fn problem() -> impl Strategy<Value = LoopProblem> {
     (1..=6usize, 1..=3usize, 1..=8usize, any::<bool>()).prop_flat_map(|(states, inputs, length, hold)| {
-        (plant(states), matrix(states, inputs), definite(states, 1e-3), definite(inputs, 0.1), link())
-            .prop_map(move |(a, b, q, r, link)| LoopProblem {
-                a,
-                b,
-                q,
-                r,
-                link,
-                length,
-                default_input: if hold { DefaultInput::Hold } else { DefaultInput::Zero },
-            })
+        let plant = (plant(states), matrix(states, inputs), units(states));
+        let costs = (definite(states, 1e-3), definite(inputs, 0.1));
+        (plant, costs, link()).prop_map(move |((a, b, units), (q, r), link)| LoopProblem {
+            a: &units * a * inverse(&units),
+            b: units * b,
+            q,
+            r,
+            link,
+            length,
+            default_input: if hold { DefaultInput::Hold } else { DefaultInput::Zero },
+        })
     })
 }
 

@@ -4,6 +4,8 @@
 //! |---|---|
 //! | `in_flight` | the project's own form: the core's recursion iterated to its fixed point |
 //! | `coupled` | the thesis' recursion over actuator modes: the reference |
+//! | `modes` | the thesis' model of the loop, one set of matrices for each age of the buffer |
+//! | `closed_loop` | that model with given gains: evolution of second moments |
 //! | `finite_horizon` | time-varying gains for a task that ends |
 //! | `iterate` | when an iteration has converged, and when it never will; the same for both |
 //! | `krylov` | Arnoldi's process, on which the next two stand |
@@ -16,6 +18,7 @@
 //! Conditions that need no gains (how long sequences must at least be) are in [`crate::stability`].
 
 mod age_chain;
+mod closed_loop;
 mod coupled;
 mod evaluation;
 mod finite_horizon;
@@ -23,6 +26,7 @@ mod in_flight;
 mod iterate;
 mod krylov;
 mod law;
+mod modes;
 mod packing;
 mod spectral;
 
@@ -32,13 +36,14 @@ use slqg::{DefaultInput, arrival};
 use std::borrow::Cow;
 
 pub use age_chain::age_transitions;
+pub(crate) use closed_loop::ClosedLoop;
+pub use closed_loop::mean_square_rate;
 pub use coupled::finite_horizon_reference;
-pub use coupled::mean_square_rate;
-pub(crate) use coupled::{ClosedLoop, Mode, modes};
 pub(crate) use evaluation::solve_correction;
 pub use finite_horizon::{FiniteHorizon, finite_horizon};
 pub use iterate::Outcome;
 pub use law::{Law, in_flight_count, mode_weights};
+pub(crate) use modes::{Mode, modes};
 pub(crate) use spectral::modulus;
 
 /// Which recursion computes the gains.

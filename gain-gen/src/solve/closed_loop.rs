@@ -1,0 +1,89 @@
+//! The thesis' loop with given gains: how its second moments evolve, and how fast they shrink.
+//!
+//! Dense, and for any gains and any transitions of the age: what certificates and margins rest on.
+
+use super::{
+    LoopProblem, age_transitions,
+    modes::{Mode, modes},
+    spectral::spectral_radius,
+};
+use nalgebra::DMatrix;
+
+/// `sum_j p(i, j) parts[j]`, row `i` of the transition matrix.
+pub(super) fn expect<'p>(
+    transitions: &DMatrix<f64>,
+    from: usize,
+    parts: impl Iterator<Item = &'p DMatrix<f64>>,
+) -> DMatrix<f64> {
+    let mut terms = parts.enumerate().map(|(to, part)| (transitions[(from, to)], part));
+    let (probability, first) = terms.next().expect("there are at least two modes");
+    let mut sum = first * probability;
+    for (probability, part) in terms.filter(|&(probability, _)| probability > 0.0) {
+        sum.zip_apply(part, |entry, term| *entry += probability * term);
+    }
+    sum
+}
+
+/// Steps that the search for the rate takes in one. A step costs less than making a direction orthogonal to all found
+/// before, and several at once leave fewer directions: most are packets that fade within a sequence.
+const STRIDE: u32 = 16;
+
+/// The loop with one gain per acknowledged age held: thesis (3.29) with `U = L(j) xi`.
+#[derive(Clone, Copy)]
+pub(crate) struct ClosedLoop<'a> {
+    /// The loop in every mode, `N + 1`.
+    pub(crate) modes: &'a [Mode],
+    /// `p(j, i)`, `(N+1) x (N+1)`.
+    pub(crate) transitions: &'a DMatrix<f64>,
+    /// `L(j)`, `(N nu) x n` each.
+    pub(crate) gains: &'a [DMatrix<f64>],
+}
+
+impl ClosedLoop<'_> {
+    /// Size of the augmented state, `n`.
+    pub(crate) fn size(&self) -> usize {
+        self.modes[0].a.nrows()
+    }
+
+    /// Expected costs a step earlier: `sum_i p(j,i) (A(i)+B(i)L(j))^T X(i) (A(i)+B(i)L(j))` for `j = 0..=N`, the right
+    /// side of thesis (3.36). Symmetric `X(0), .., X(N)` one after the other, `n x n` each.
+    ///
+    /// Multiplied out, so that products of `n x n` matrices are taken once a mode and not once a pair of modes.
+    pub(crate) fn apply(&self, from: &[f64], to: &mut [f64]) {
+        let size = self.size();
+        let costs = from.chunks_exact(size * size).map(|cost| DMatrix::from_column_slice(size, size, cost));
+        let parts: Vec<_> = self.modes.iter().zip(costs).map(|(mode, cost)| mode.backward(&cost)).collect();
+        for ((mode, gain), out) in self.gains.iter().enumerate().zip(to.chunks_exact_mut(size * size)) {
+            let state = expect(self.transitions, mode, parts.iter().map(|part| &part.state));
+            let coupling = expect(self.transitions, mode, parts.iter().map(|part| &part.coupling));
+            let sequence = expect(self.transitions, mode, parts.iter().map(|part| &part.sequence));
+            let half = state * 0.5 + (coupling + gain.tr_mul(&(sequence * 0.5))) * gain;
+            out.copy_from_slice((&half + half.transpose()).as_slice());
+        }
+    }
+
+    /// Spectral radius of [`ClosedLoop::apply`]: the mean-square rate, below 1 iff the loop is mean-square stable.
+    pub(crate) fn rate(&self) -> f64 {
+        let one = DMatrix::<f64>::identity(self.size(), self.size()).as_slice().repeat(self.modes.len());
+        let mut between = one.clone();
+        let radius = spectral_radius(&one, |from, to| {
+            self.apply(from, to);
+            for _ in 1..STRIDE {
+                between.copy_from_slice(to);
+                self.apply(&between, to);
+            }
+        });
+        radius.powf(1.0 / f64::from(STRIDE))
+    }
+}
+
+/// Mean-square rate of the problem's plant and link with the gains `L(j)`, `j = 0..=N`, of [`Solution::mode_gains`].
+///
+/// The gains need not be made for this problem: that is how margins are found. Dense, so slow for long sequences.
+///
+/// # Panics
+/// If the gains do not have the problem's dimensions.
+pub fn mean_square_rate(problem: &LoopProblem, gains: &[DMatrix<f64>]) -> f64 {
+    let transitions = age_transitions(&problem.link, problem.length);
+    ClosedLoop { modes: &modes(problem), transitions: &transitions, gains }.rate()
+}
