@@ -5,7 +5,7 @@
 use super::{
     LoopProblem, age_transitions,
     modes::{Mode, modes},
-    spectral::spectral_radius,
+    spectral::{SPACES, spectral_radius},
 };
 use nalgebra::DMatrix;
 
@@ -26,7 +26,7 @@ pub(super) fn expect<'p>(
 
 /// Steps that the search for the rate takes in one. A step costs less than making a direction orthogonal to all found
 /// before, and several at once leave fewer directions: most are packets that fade within a sequence.
-const STRIDE: u32 = 16;
+const STRIDE: usize = 16;
 
 /// The loop with one gain per acknowledged age held: thesis (3.29) with `U = L(j) xi`.
 #[derive(Clone, Copy)]
@@ -65,15 +65,7 @@ impl ClosedLoop<'_> {
     /// Spectral radius of [`ClosedLoop::apply`]: the mean-square rate, below 1 iff the loop is mean-square stable.
     pub(crate) fn rate(&self) -> f64 {
         let one = DMatrix::<f64>::identity(self.size(), self.size()).as_slice().repeat(self.modes.len());
-        let mut between = one.clone();
-        let radius = spectral_radius(&one, |from, to| {
-            self.apply(from, to);
-            for _ in 1..STRIDE {
-                between.copy_from_slice(to);
-                self.apply(&between, to);
-            }
-        });
-        radius.powf(1.0 / f64::from(STRIDE))
+        spectral_radius(&one, [STRIDE; SPACES], |from, to| self.apply(from, to))
     }
 }
 

@@ -67,6 +67,9 @@ struct InFlightRecursion<'p, 'w> {
     packing: Packing,
 }
 
+/// Most steps that the search for the rate takes in one.
+const LONGEST_STRIDE: usize = 16;
+
 /// Accuracy of the cost of given gains, relative to the cost.
 const EVALUATION: f64 = 1e-14;
 
@@ -100,9 +103,10 @@ impl Recursion for InFlightRecursion<'_, '_> {
     fn rate(&self) -> f64 {
         // Start inside the cone of costs: x^T x, which every mode of the plant shows in.
         let states = self.problem.dimensions.states;
+        let stride = (self.problem.dimensions.length / 4).clamp(1, LONGEST_STRIDE);
         let mut start = vec![0.0; self.problem.dimensions.value_len()];
         start[..states * states].iter_mut().step_by(states + 1).for_each(|entry| *entry = 1.0);
-        self.with_map(|map| spectral_radius(&self.packing.pack(&start), map))
+        self.with_map(|map| spectral_radius(&self.packing.pack(&start), [1, stride, stride], map))
     }
 
     fn memory(&self) -> usize {

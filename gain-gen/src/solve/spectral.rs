@@ -9,58 +9,87 @@ use nalgebra::DMatrix;
 
 /// Numbers all basis vectors may hold together: 160 MB.
 const ROOM: usize = 20_000_000;
-/// Basis vectors at least and at most; the maps here settle within a hundred.
-const SPACE: (usize, usize) = (48, 320);
-/// Plain applications before the first basis is built: what decays fast then needs no basis vector.
+/// Basis vectors at least and at most; most maps here settle within a few dozen.
+const SPACE: (usize, usize) = (48, 120);
+/// Plain applications before the first basis is built, at least: what decays fast then needs no basis vector.
 const FILTER: usize = 48;
-/// Relative change between looks at the eigenvalues that counts as none.
-const SETTLED: f64 = 1e-12;
+/// Relative change between looks at the eigenvalues that counts as none, in the first space and, since equal eigenvalues
+/// in one block cannot be told more accurately than by a root of the rounding error, in the later ones.
+const SETTLED: [f64; SPACES] = [1e-12, 1e-10, 1e-6];
 /// Looks in a row at which nothing may have changed.
 const LOOKS: usize = 2;
-/// Spaces built one after the other, each from the direction the last one found to dominate.
-const RESTARTS: usize = 8;
+/// Spaces built, each from the direction that dominates the one before.
+pub(super) const SPACES: usize = 3;
 
 /// Spectral radius of `apply` on the space reached from `start`.
 ///
 /// For a map that leaves a cone of costs invariant and a `start` inside the cone, that is the spectral radius, and an
-/// eigenvalue itself.
-pub(super) fn spectral_radius(start: &[f64], mut apply: impl FnMut(&[f64], &mut [f64])) -> f64 {
-    let most = (ROOM / start.len().max(1)).clamp(SPACE.0, SPACE.1).min(start.len());
-    let mut start = filtered(start, &mut apply);
+/// eigenvalue itself. `strides` says how many applications each space takes as one: packets in flight shift through a
+/// sequence before they are gone, which looks like an eigenvalue to a space that sees every shift.
+pub(super) fn spectral_radius(
+    start: &[f64],
+    strides: [usize; SPACES],
+    mut apply: impl FnMut(&[f64], &mut [f64]),
+) -> f64 {
+    let mut start = filtered(start, FILTER, &mut apply);
+    let mut between = vec![0.0; start.len()];
     let mut radius = 0.0;
-    let mut settled = 0;
-    for _ in 0..RESTARTS {
-        let Some(mut space) = Krylov::new(&start, most) else { return 0.0 };
-        // Eigenvalues of a small matrix cost more than an application: look ever less often.
-        let mut look = 8;
-        while space.can_grow() {
-            space.grow(&mut apply);
-            if space.dimension() < look && space.can_grow() {
-                continue;
+    for (stride, tolerance) in strides.into_iter().zip(SETTLED) {
+        let strided = |from: &[f64], to: &mut [f64]| {
+            apply(from, to);
+            for _ in 1..stride {
+                between.copy_from_slice(to);
+                apply(&between, to);
             }
-            look += look / 2;
-            // A look at which the eigenvalues do not settle is passed over; the next has a larger matrix.
-            if let Some(found) = modulus(&space.projected().into_owned()) {
-                settled = if (found - radius).abs() <= SETTLED * found { settled + 1 } else { 0 };
-                radius = found;
-            }
-            if settled >= LOOKS {
-                return radius;
-            }
+        };
+        let (found, dominant) = in_one_space(&start, tolerance, strided);
+        radius = found.powf(1.0 / stride as f64);
+        match dominant {
+            Some(direction) => start = direction,
+            None => break,
         }
-        if space.dimension() < most {
-            return radius;
-        }
-        start = space.combine(&dominant(&space.projected().into_owned(), radius));
     }
     radius
 }
 
-/// `start` after [`FILTER`] applications, scaled to unit length in between; zero if nothing is left of it.
-fn filtered(start: &[f64], apply: &mut impl FnMut(&[f64], &mut [f64])) -> Vec<f64> {
+/// The radius as one space shows it, and unless it has settled there the direction to go on from.
+fn in_one_space(
+    start: &[f64],
+    tolerance: f64,
+    mut apply: impl FnMut(&[f64], &mut [f64]),
+) -> (f64, Option<Vec<f64>>) {
+    let most = (ROOM / start.len().max(1)).clamp(SPACE.0, SPACE.1).min(start.len());
+    let Some(mut space) = Krylov::new(start, most) else { return (0.0, None) };
+    let mut radius = 0.0;
+    let mut settled = 0;
+    // Eigenvalues of a small matrix cost more than an application: look ever less often.
+    let mut look = 8;
+    while space.can_grow() {
+        space.grow(&mut apply);
+        if space.dimension() < look && space.can_grow() {
+            continue;
+        }
+        look += look / 2;
+        // A look at which the eigenvalues do not settle is passed over; the next has a larger matrix.
+        if let Some(found) = modulus(&space.projected().into_owned()) {
+            settled = if (found - radius).abs() <= tolerance * found { settled + 1 } else { 0 };
+            radius = found;
+        }
+        if settled >= LOOKS {
+            return (radius, None);
+        }
+    }
+    // A space that is invariant has the radius exactly.
+    let exhausted = space.dimension() == most && most < start.len();
+    let direction = exhausted.then(|| space.combine(&dominant(&space.projected().into_owned(), radius)));
+    (radius, direction)
+}
+
+/// `start` after some applications, scaled to unit length in between; zero if nothing is left of it.
+fn filtered(start: &[f64], applications: usize, apply: &mut impl FnMut(&[f64], &mut [f64])) -> Vec<f64> {
     let mut vector = start.to_vec();
     let mut image = vec![0.0; start.len()];
-    for _ in 0..FILTER {
+    for _ in 0..applications {
         let length = norm(&vector);
         if length < f64::MIN_POSITIVE {
             break;
@@ -97,7 +126,7 @@ mod tests {
 
     fn radius_of(matrix: &DMatrix<f64>) -> f64 {
         let start = vec![1.0; matrix.ncols()];
-        spectral_radius(&start, |from, to| {
+        spectral_radius(&start, [1; SPACES], |from, to| {
             let image = matrix * nalgebra::DVector::from_column_slice(from);
             to.copy_from_slice(image.as_slice());
         })
