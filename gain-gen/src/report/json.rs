@@ -36,6 +36,8 @@ pub(crate) struct Document<'r> {
     verdict: &'static str,
     failed_conditions: Vec<String>,
     n_v: usize,
+    /// Of the iterations, those that began with the exact cost of the gains before.
+    policy_iterations: usize,
     estimation: EstimationFigures,
     /// Of a length that was chosen; null where it was given.
     length_tolerance: Option<f64>,
@@ -104,6 +106,7 @@ impl<'r> Document<'r> {
             verdict: report.verdict().name(),
             failed_conditions: report.failed_conditions.iter().map(FailedCondition::to_string).collect(),
             n_v: report.in_flight(),
+            policy_iterations: solution.policy_iterations,
             estimation: EstimationFigures {
                 q_arr: report.estimation.arrival,
                 q_crit: report.estimation.critical,

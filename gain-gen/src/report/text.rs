@@ -109,7 +109,10 @@ impl Report {
             Outcome::Undecided => "stopped",
         };
         let residual = format!("{:.1e}", solution.residual);
-        let after = counted(solution.iterations, "step");
+        let mut after = counted(solution.iterations, "step");
+        if solution.policy_iterations > 0 {
+            after = format!("{after}, {} of them policy iterations", solution.policy_iterations);
+        }
         line(f, "recursion", format!("{}: {how} after {after}, residual {residual}", self.method.name()))?;
         let length = |n: Option<usize>| n.map_or("none".into(), |n| n.to_string());
         let (n_min, n_crit) = (length(self.n_min), length(self.n_crit));
