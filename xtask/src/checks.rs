@@ -31,11 +31,11 @@ pub(crate) fn test(workspace: &Workspace) -> Result<()> {
             .env("RUSTDOCFLAGS", "-D warnings"),
     )?;
     command("tests", workspace.cargo().args(["test", "--workspace"]))?;
-    let images = step("cross build", || match firmware::build(workspace, &toolchain)? {
+    let built = step("cross build", || match firmware::build(workspace, &toolchain)? {
         built if built.warned => Err("the compiler warns about code for the board".into()),
-        built => Ok(built.images),
+        built => Ok(built),
     })?;
-    step("board against host", || firmware::compare(workspace, &qemu, &images))?;
+    step("board against host", || firmware::compare(workspace, &qemu, &built))?;
     eprintln!("all checks passed in {:.0} s", start.elapsed().as_secs_f64());
     Ok(())
 }

@@ -1,9 +1,10 @@
 //! What the project does, on one example: a pendulum over a lossy link.
 
 use std::fs;
+use std::process::Command;
 
 use crate::workspace::Workspace;
-use crate::{Result, process};
+use crate::{Result, artifacts, process};
 
 const DESIGN: &str = "designs/pendulum.toml";
 
@@ -13,17 +14,19 @@ pub(crate) fn demo(workspace: &Workspace) -> Result<()> {
     fs::create_dir_all(&folder).map_err(|error| format!("cannot create {}: {error}", folder.display()))?;
     let report = folder.join("pendulum.html");
 
+    eprintln!("building");
+    // The whole workspace at once, as `test` builds it: cargo builds dependencies again for another choice of packages.
+    let built = artifacts::build(workspace.cargo().args(["build", "--workspace", "--bins"]))?;
+    let run = |name: &str| -> Result<Command> {
+        let mut command = Command::new(built.binary(name)?);
+        command.current_dir(&workspace.root);
+        Ok(command)
+    };
+    process::run(run("gain-gen")?.args(["report", DESIGN]))?;
     process::run(
-        workspace
-            .cargo()
-            .args(["run", "--quiet", "-p", "gain-gen", "--bin", "gain-gen", "--", "report", DESIGN]),
-    )?;
-    process::run(
-        workspace
-            .cargo()
-            .args(["run", "--quiet", "-p", "host-sim", "--bin", "host-sim", "--", "run", DESIGN])
-            .args(["--controllers", "slqg,lqg", "--runs", "200", "--steps", "500", "--seed", "1", "--report"])
+        run("host-sim")?
+            .args(["run", DESIGN, "--controllers", "slqg,lqg", "--runs", "200", "--steps", "500"])
+            .args(["--seed", "1", "--report"])
             .arg(&report),
-    )?;
-    Ok(())
+    )
 }

@@ -1,10 +1,10 @@
 //! Images for the reference board, and the proof that they compute what the host computes.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
+use std::process::Command;
 use std::time::{Duration, Instant};
 
-use serde_json::Value;
-
+use crate::artifacts::{self, Built};
 use crate::qemu::Qemu;
 use crate::toolchain::Toolchain;
 use crate::workspace::Workspace;
@@ -18,47 +18,28 @@ const LIMIT: Duration = Duration::from_secs(120);
 
 /// `cargo xtask firmware`.
 pub(crate) fn firmware(workspace: &Workspace, run: bool) -> Result<()> {
-    let images = build(workspace, &Toolchain::find(workspace)?)?.images;
+    let built = build(workspace, &Toolchain::find(workspace)?)?;
     if run {
-        compare(workspace, &Qemu::find_or_install()?, &images)?;
+        compare(workspace, &Qemu::find_or_install()?, &built)?;
     }
-    for image in &images {
+    for image in &built.binaries {
         println!("{}", image.display());
     }
     Ok(())
 }
 
-/// What a build for the board has brought.
-pub(crate) struct Built {
-    pub(crate) images: Vec<PathBuf>,
-    /// Whether the compiler had something to say about the workspace's own code. Code for the board alone is seen by no
-    /// other check.
-    pub(crate) warned: bool,
-}
-
-/// Builds every binary of the nodes.
+/// Builds every binary of the nodes. Code for the board alone is seen by no other check.
 pub(crate) fn build(workspace: &Workspace, toolchain: &Toolchain) -> Result<Built> {
     eprintln!("building the firmware with {}", toolchain.description());
     let start = Instant::now();
-    let (messages, ended) = process::output_of(
-        toolchain
-            .cargo_build(workspace)
-            .args(["--quiet", "--package", "slqg-nodes", "--bins", "--profile", "firmware"])
-            .arg("--message-format=json"),
-    )?;
-    let mut built = Built { images: Vec::new(), warned: false };
-    for message in messages.lines().filter_map(|line| serde_json::from_str::<Value>(line).ok()) {
-        if let Some(rendered) = message["message"]["rendered"].as_str() {
-            eprint!("{rendered}");
-            built.warned = true;
-        }
-        // Cargo says where it puts things; its folders are not guessed here.
-        if let Some(image) = message["executable"].as_str() {
-            built.images.push(image.into());
-        }
-    }
-    ended?;
-    if built.images.is_empty() {
+    let built = artifacts::build(toolchain.cargo_build(workspace).args([
+        "--package",
+        "slqg-nodes",
+        "--bins",
+        "--profile",
+        "firmware",
+    ]))?;
+    if built.binaries.is_empty() {
         return Err("cargo has built no binary of slqg-nodes".into());
     }
     eprintln!("firmware built in {:.1} s", start.elapsed().as_secs_f64());
@@ -66,19 +47,10 @@ pub(crate) fn build(workspace: &Workspace, toolchain: &Toolchain) -> Result<Buil
 }
 
 /// Runs the closed loop on host and board. Its digest must be equal, and the comparison must be able to fail.
-pub(crate) fn compare(workspace: &Workspace, qemu: &Qemu, images: &[PathBuf]) -> Result<()> {
-    let image = images
-        .iter()
-        .find(|image| image.file_name().is_some_and(|name| name == CLOSED_LOOP))
-        .ok_or_else(|| format!("slqg-nodes has no binary {CLOSED_LOOP}"))?;
-    let on_host = process::stdout_of(workspace.cargo().args([
-        "run",
-        "--quiet",
-        "-p",
-        "slqg-nodes",
-        "--bin",
-        CLOSED_LOOP,
-    ]))?;
+pub(crate) fn compare(workspace: &Workspace, qemu: &Qemu, built: &Built) -> Result<()> {
+    let image = built.binary(CLOSED_LOOP)?;
+    let for_host = artifacts::build(workspace.cargo().args(["build", "--workspace", "--bins"]))?;
+    let on_host = process::stdout_of(&mut Command::new(for_host.binary(CLOSED_LOOP)?))?;
     let digest = digest_in(&on_host)
         .ok_or_else(|| format!("{CLOSED_LOOP} on the host ends without a line `end 1a2b3c4d`:\n{on_host}"))?;
 

@@ -10,6 +10,7 @@ use clap::{Parser, Subcommand, ValueEnum};
 
 use crate::workspace::Workspace;
 
+mod artifacts;
 mod checks;
 mod demo;
 mod distribution;

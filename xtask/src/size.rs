@@ -22,7 +22,7 @@ struct Size {
 
 /// `cargo xtask size`.
 pub(crate) fn size(workspace: &Workspace) -> Result<()> {
-    let images = firmware::build(workspace, &Toolchain::find(workspace)?)?.images;
+    let images = firmware::build(workspace, &Toolchain::find(workspace)?)?.binaries;
     println!("{:>10} {:>8} {:>8} {:>10} {:>8}   image", "text", "data", "bss", "flash", "RAM");
     for image in &images {
         let Size { text, data, bss } = of(image)?;

@@ -69,7 +69,7 @@ impl ClosedLoop<'_> {
     }
 }
 
-/// Mean-square rate of the problem's plant and link with the gains `L(j)`, `j = 0..=N`, of [`Solution::mode_gains`].
+/// Mean-square rate of the problem's plant and link with the gains `L(j)`, `j = 0..=N`, of [`super::Solution::mode_gains`].
 ///
 /// The gains need not be made for this problem: that is how margins are found. Dense, so slow for long sequences.
 ///

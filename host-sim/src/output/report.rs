@@ -12,7 +12,7 @@ const STYLE: &str = "\
 :root { color-scheme: light dark; }
 body { font: 16px/1.5 system-ui, sans-serif; max-width: 60rem; margin: 2rem auto; padding: 0 1rem; }
 h1 { margin-bottom: 0; } h2 { margin-top: 2.5rem; }
-table { border-collapse: collapse; } th, td { padding: .25rem .8rem; text-align: right; border-bottom: 1px solid #8884; }
+table { border-collapse: collapse; } th, td { padding: .25rem .7rem; text-align: right; border-bottom: 1px solid #8884; white-space: nowrap; }
 th:first-child, td:first-child { text-align: left; }
 figure { margin: 1rem 0; } figure svg { width: 100%; height: auto; border-radius: 6px; }
 figcaption { font-size: .9rem; opacity: .8; }
@@ -97,6 +97,10 @@ fn trajectories(html: &mut String, simulation: &Simulation<'_>) {
         picture(html, &trajectory(&format!("input {}", input + 1), &lines), "");
     }
     for outcome in &simulation.outcomes {
+        if outcome.first_run.iter().all(|cycle| cycle.age == Some(0)) {
+            // Nothing was late: a flat line would only take room.
+            continue;
+        }
         let length = outcome.summary.sequence_length;
         let ages =
             points(&outcome.first_run, simulation.sample_time, |cycle| cycle.age.unwrap_or(length) as f64);
