@@ -13,8 +13,7 @@ use crate::design::{Design, DeviceScalar};
 use crate::estimation::Estimation;
 use crate::margins::{Margins, margins};
 use crate::solve::{
-    FiniteHorizon, LoopProblem, Method, Outcome, Solution, age_transitions, finite_horizon, in_flight_count,
-    solve,
+    FiniteHorizon, LoopProblem, Method, Outcome, Solution, age_transitions, finite_horizon, solve,
 };
 use crate::stability;
 use nalgebra::DMatrix;
@@ -189,7 +188,7 @@ impl Report {
 
     /// Expected inputs that the law takes, `n_v`.
     pub fn in_flight(&self) -> usize {
-        in_flight_count(self.solution.law.length, self.solution.law.default_input)
+        self.solution.law.default_input.in_flight(self.solution.law.length)
     }
 }
 

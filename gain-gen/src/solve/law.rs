@@ -40,7 +40,7 @@ impl Law {
 
     /// `r` as a matrix: rows `b = 1..N-1`, columns `m = 0..n_v-1`.
     pub fn arrival_matrix(&self) -> DMatrix<f64> {
-        let in_flight = in_flight_count(self.length, self.default_input);
+        let in_flight = self.default_input.in_flight(self.length);
         DMatrix::from_fn(self.length - 1, in_flight, |row, m| {
             self.arrival[arrival::table_index(self.length, row + 1, m)]
         })
@@ -73,11 +73,6 @@ impl Law {
     }
 }
 
-/// In-flight inputs, `n_v`.
-pub fn in_flight_count(length: usize, default_input: DefaultInput) -> usize {
-    default_input.in_flight(length)
-}
-
 /// Inputs in `rho`, thesis (3.26), and with hold the default input after them.
 fn sent_count(length: usize, default_input: DefaultInput) -> usize {
     arrival::table_len(length) + usize::from(default_input == DefaultInput::Hold)
@@ -92,7 +87,7 @@ pub fn mode_weights(length: usize, default_input: DefaultInput, table: &[f64], m
         PlayOut { length, default_input, arrival: |b, m| table[arrival::table_index(length, b, m)] };
     let age = u8::try_from(mode).ok().filter(|_| mode < length).map_or(Age::Empty, Age::Steps);
     let columns = sent_count(length, default_input);
-    let mut weights = DMatrix::zeros(in_flight_count(length, default_input), columns);
+    let mut weights = DMatrix::zeros(default_input.in_flight(length), columns);
     let mut expected = vec![0.0; weights.nrows()];
     for column in 0..columns {
         // A packet's inputs stand where its arrival probabilities do in the core's table.

@@ -42,7 +42,7 @@ pub use coupled::finite_horizon_reference;
 pub(crate) use evaluation::solve_correction;
 pub use finite_horizon::{FiniteHorizon, finite_horizon};
 pub use iterate::Outcome;
-pub use law::{Law, in_flight_count, mode_weights};
+pub use law::{Law, mode_weights};
 pub(crate) use modes::{Mode, modes};
 pub(crate) use spectral::modulus;
 
