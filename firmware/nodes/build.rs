@@ -3,13 +3,20 @@
 //!
 //! The set-up lives here rather than in a cargo configuration, so that host commands in the workspace stay plain.
 
+use gain_gen::build::{Compile, compile};
+use slqg::DefaultInput;
 use std::env;
 use std::fs;
 use std::path::PathBuf;
 
 fn main() {
     println!("cargo:rerun-if-changed=build.rs");
-    gain_gen::build::compile("../../designs/pendulum.toml");
+    for design in ["pendulum", "pendulum_event", "drive_tracking", "drive_event"] {
+        compile(format!("../../designs/{design}.toml"));
+    }
+    // The pendulum's force held where the design has it fall to zero.
+    let pendulum_hold = Compile::new("../../designs/pendulum.toml").default_input(DefaultInput::Hold);
+    pendulum_hold.name("pendulum_hold").run();
     if env::var("CARGO_CFG_TARGET_OS").as_deref() == Ok("none") {
         link_for_board();
     }

@@ -13,11 +13,22 @@
 //!     include!(concat!(env!("OUT_DIR"), "/motor.rs"));
 //! }
 //! ```
+//!
+//! [`Compile`] changes in a design what the command line can change:
+//!
+//! ```no_run
+//! use gain_gen::build::Compile;
+//! use slqg::DefaultInput;
+//!
+//! Compile::new("motor.toml").run();
+//! Compile::new("motor.toml").default_input(DefaultInput::Hold).sequence_length(6).name("motor_hold").run();
+//! ```
 
-use crate::design::{Design, DesignError};
+use crate::design::{Design, DesignError, LONGEST_SEQUENCE};
 use crate::emit::{EmitError, Format, WriteError, emit, write};
-use crate::report::Report;
+use crate::report::{LONGEST_TASK, NoTask, Report};
 use crate::solve::Method;
+use slqg::DefaultInput;
 use std::path::{Path, PathBuf};
 
 /// Why a design did not become source.
@@ -26,6 +37,26 @@ pub enum CompileError {
     /// The design file is wrong.
     #[error(transparent)]
     Design(#[from] DesignError),
+    /// What the build script asks for is wrong.
+    #[error("{}: {setting}: found {found}; give {allowed}", design.display())]
+    Setting {
+        /// The design file.
+        design: PathBuf,
+        /// The method of [`Compile`].
+        setting: &'static str,
+        /// What it was given.
+        found: String,
+        /// What it may be given.
+        allowed: String,
+    },
+    /// The design has no task of finite length.
+    #[error("{}: {reason}", design.display())]
+    NoTask {
+        /// The design file.
+        design: PathBuf,
+        /// Why.
+        reason: NoTask,
+    },
     /// The loop cannot be stabilised, or its numbers do not fit the device.
     #[error("{}: {reason}", design.display())]
     Emit {
@@ -39,39 +70,146 @@ pub enum CompileError {
     Write(#[from] WriteError),
 }
 
-/// Compiles `design`, relative to the package's folder, to `OUT_DIR/<file stem>.rs`, and returns that path.
-///
-/// Tells cargo to run the build script again when the design changes.
+/// Compiles `design`, relative to the package's folder, to `OUT_DIR/<file stem>.rs`, and returns that path:
+/// [`Compile::run`] without changes.
 ///
 /// # Panics
-/// On a design that is wrong or cannot be stabilised, with the message for whoever wrote it, and outside of a
-/// build script.
+/// As [`Compile::run`].
 pub fn compile(design: impl AsRef<Path>) -> PathBuf {
-    let folder = |name: &str| {
-        PathBuf::from(
-            std::env::var_os(name).unwrap_or_else(|| panic!("{name} is not set: call this in build.rs")),
-        )
-    };
-    let design = folder("CARGO_MANIFEST_DIR").join(design);
-    println!("cargo:rerun-if-changed={}", design.display());
-    compile_into(&design, &folder("OUT_DIR")).unwrap_or_else(|error| panic!("{error}"))
+    Compile::new(design).run()
 }
 
-/// Compiles `design` to `<file stem>.rs` in `folder`, and returns that path.
+/// Compiles `design` to `<file stem>.rs` in `folder`, and returns that path: [`Compile::run_into`] without changes.
 ///
 /// # Errors
-/// The design is wrong, cannot be stabilised or does not fit the device's scalar, or `folder` cannot be written.
-/// A source that was there before is as it was.
+/// As [`Compile::run_into`].
 pub fn compile_into(design: &Path, folder: &Path) -> Result<PathBuf, CompileError> {
-    let report = Report::new(&Design::load(design)?, Method::InFlight);
-    let source = emit(&report, &file_name(design), Format::Rust)
-        .map_err(|reason| CompileError::Emit { design: design.into(), reason })?;
-    let path = folder.join(Path::new(&file_name(design)).with_extension("rs"));
-    write(&path, &source)?;
-    Ok(path)
+    Compile::new(design).run_into(folder)
 }
 
-/// Name of the design file without its folders: generated text must not depend on where a project lies.
-fn file_name(design: &Path) -> String {
-    design.file_name().unwrap_or_default().to_string_lossy().into_owned()
+/// A design file on its way to source, and what is changed in it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+#[must_use = "nothing is compiled before `run`"]
+pub struct Compile {
+    design: PathBuf,
+    sequence_length: Option<usize>,
+    default_input: Option<DefaultInput>,
+    horizon: Option<usize>,
+    name: Option<String>,
+}
+
+impl Compile {
+    /// The design as it is in its file.
+    pub fn new(design: impl AsRef<Path>) -> Self {
+        Self {
+            design: design.as_ref().into(),
+            sequence_length: None,
+            default_input: None,
+            horizon: None,
+            name: None,
+        }
+    }
+
+    /// Inputs per packet, 1 to [`LONGEST_SEQUENCE`], instead of the design's.
+    pub fn sequence_length(self, length: usize) -> Self {
+        Self { sequence_length: Some(length), ..self }
+    }
+
+    /// What the actuator applies when its buffer has run out, instead of the design's.
+    pub fn default_input(self, default_input: DefaultInput) -> Self {
+        Self { default_input: Some(default_input), ..self }
+    }
+
+    /// The time-varying gains of a task of so many cycles, 1 to [`LONGEST_TASK`], instead of the steady-state ones.
+    pub fn horizon(self, cycles: usize) -> Self {
+        Self { horizon: Some(cycles), ..self }
+    }
+
+    /// Writes `<name>.rs` instead of `<file stem>.rs`.
+    pub fn name(self, name: impl Into<String>) -> Self {
+        Self { name: Some(name.into()), ..self }
+    }
+
+    /// Compiles the design, relative to the package's folder, to a source in `OUT_DIR`, and returns its path.
+    ///
+    /// Tells cargo to run the build script again when the design changes.
+    ///
+    /// # Panics
+    /// On a design that is wrong or cannot be stabilised, with the message for whoever wrote it, and outside of a
+    /// build script.
+    pub fn run(self) -> PathBuf {
+        let folder = |name: &str| {
+            PathBuf::from(
+                std::env::var_os(name).unwrap_or_else(|| panic!("{name} is not set: call this in build.rs")),
+            )
+        };
+        let design = folder("CARGO_MANIFEST_DIR").join(&self.design);
+        println!("cargo:rerun-if-changed={}", design.display());
+        Self { design, ..self }.run_into(&folder("OUT_DIR")).unwrap_or_else(|error| panic!("{error}"))
+    }
+
+    /// Compiles the design to a source in `folder`, and returns its path.
+    ///
+    /// # Errors
+    /// The design is wrong, cannot be stabilised or does not fit the device's scalar, what was asked for is not
+    /// possible, or `folder` cannot be written. A source that was there before is as it was.
+    pub fn run_into(&self, folder: &Path) -> Result<PathBuf, CompileError> {
+        let name = self.file_name()?;
+        self.within("sequence_length", "inputs", self.sequence_length, LONGEST_SEQUENCE)?;
+        self.within("horizon", "cycles", self.horizon, LONGEST_TASK)?;
+        let mut report = Report::new(&self.changed()?, Method::InFlight);
+        if let Some(cycles) = self.horizon {
+            let no_task = |reason| CompileError::NoTask { design: self.design.clone(), reason };
+            report.find_task(cycles).map_err(no_task)?;
+        }
+        // Without folders: generated text must not depend on where a project lies.
+        let origin = self.design.file_name().unwrap_or_default().to_string_lossy();
+        let source = emit(&report, &origin, Format::Rust)
+            .map_err(|reason| CompileError::Emit { design: self.design.clone(), reason })?;
+        let path = folder.join(name);
+        write(&path, &source)?;
+        Ok(path)
+    }
+
+    fn changed(&self) -> Result<Design, DesignError> {
+        let mut design = Design::load(&self.design)?;
+        if let Some(default_input) = self.default_input {
+            // A length that the design leaves open is chosen anew.
+            design.set_default_input(default_input);
+        }
+        if let Some(length) = self.sequence_length {
+            design.set_sequence_length(length);
+        }
+        Ok(design)
+    }
+
+    fn file_name(&self) -> Result<PathBuf, CompileError> {
+        let Some(name) = &self.name else {
+            return Ok(Path::new(self.design.file_name().unwrap_or_default()).with_extension("rs"));
+        };
+        if name.is_empty() || name.contains(['/', '\\']) {
+            let allowed = "the name of a file without folders and extension, such as \"motor_hold\"";
+            return Err(self.refused("name", format!("{name:?}"), allowed.into()));
+        }
+        Ok(format!("{name}.rs").into())
+    }
+
+    fn within(
+        &self,
+        setting: &'static str,
+        of: &str,
+        given: Option<usize>,
+        most: usize,
+    ) -> Result<(), CompileError> {
+        match given {
+            Some(found) if !(1..=most).contains(&found) => {
+                Err(self.refused(setting, found.to_string(), format!("a number of {of} from 1 to {most}")))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn refused(&self, setting: &'static str, found: String, allowed: String) -> CompileError {
+        CompileError::Setting { design: self.design.clone(), setting, found, allowed }
+    }
 }

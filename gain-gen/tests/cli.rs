@@ -1,9 +1,10 @@
 //! The command line as scripts see it: JSON fields and shapes, exit statuses, what is said where, what is written.
 
-use assert_cmd::cargo::cargo_bin_cmd;
+use command::{altered, gain_gen, object, shape, text};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
-use std::process::Output;
+
+mod command;
 
 /// The fields of `report --json` that scripts depend on, in their order.
 const FIELDS: [&str; 19] = [
@@ -32,54 +33,11 @@ fn example(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../designs").join(name).with_extension("toml")
 }
 
-/// Runs `gain-gen COMMAND DESIGN OPTIONS..`.
-fn gain_gen(command: &str, design: &Path, options: &[&str]) -> Output {
-    cargo_bin_cmd!("gain-gen").arg(command).arg(design).args(options).output().expect("gain-gen starts")
-}
-
-fn text(bytes: &[u8]) -> &str {
-    std::str::from_utf8(bytes).expect("UTF-8")
-}
-
-/// The object on stdout, which holds nothing else; parsing fails on anything after it.
-fn object(output: &Output) -> Value {
-    let value: Value = serde_json::from_slice(&output.stdout).expect("one JSON object");
-    assert!(value.is_object());
-    value
-}
-
 fn report(name: &str, options: &[&str]) -> Value {
     let output = gain_gen("report", &example(name), &[options, &["--json"]].concat());
     assert_eq!(output.status.code(), Some(0), "{name}: {}", text(&output.stderr));
     assert_eq!(text(&output.stderr), "", "{name}");
     object(&output)
-}
-
-/// Rows and columns; every entry must be a number.
-fn shape(matrix: &Value) -> (usize, usize) {
-    let rows = matrix.as_array().expect("a list of rows");
-    let lengths: Vec<_> = rows
-        .iter()
-        .map(|row| {
-            let row = row.as_array().expect("a row");
-            assert!(row.iter().all(Value::is_number), "{row:?}");
-            row.len()
-        })
-        .collect();
-    assert!(lengths.windows(2).all(|pair| pair[0] == pair[1]), "rows differ in length");
-    (rows.len(), lengths.first().copied().unwrap_or(0))
-}
-
-/// `design` with `from` replaced by `to`, in a file of its own.
-fn altered(folder: &Path, name: &str, changes: &[(&str, &str)]) -> PathBuf {
-    let mut design = std::fs::read_to_string(example(name)).unwrap();
-    for (from, to) in changes {
-        assert!(design.contains(from), "{name} has no {from}");
-        design = design.replacen(from, to, 1);
-    }
-    let path = folder.join("altered.toml");
-    std::fs::write(&path, design).unwrap();
-    path
 }
 
 #[test]
@@ -171,7 +129,7 @@ fn a_recursion_that_diverges_fails_by_theorem_3_3_b() {
         ("delays = [0.25, 0.25, 0.25, 0.25]", "delays = [0.55]"),
         ("sequence_length = 4", "sequence_length = 1"),
     ];
-    let design = altered(folder.path(), "critical", &changes);
+    let design = altered(folder.path(), &example("critical"), &changes);
     let output = gain_gen("report", &design, &["--json"]);
     assert_eq!(output.status.code(), Some(3));
     let found = object(&output);
@@ -193,7 +151,7 @@ fn a_sensor_link_that_loses_too_much_fails_by_theorem_3_4_a() {
         ("sensor_to_controller.delays = [1.0]", "sensor_to_controller.delays = [0.2, 0, 0, 0.6]"),
         ("measurement_buffer = 11", "measurement_buffer = 2"),
     ];
-    let design = altered(folder.path(), "critical", &changes);
+    let design = altered(folder.path(), &example("critical"), &changes);
     let output = gain_gen("report", &design, &["--json"]);
     assert_eq!(output.status.code(), Some(3));
     assert_eq!(object(&output)["converged"], false);
@@ -226,14 +184,14 @@ fn text_report_gives_the_figures_with_their_units() {
 #[test]
 fn a_wrong_design_names_file_line_and_key_and_leaves_the_output_alone() {
     let folder = tempfile::tempdir().unwrap();
-    let design = altered(folder.path(), "pendulum", &[("sample_time = 0.02", "sample_time = -1")]);
+    let design = altered(folder.path(), &example("pendulum"), &[("sample_time = 0.02", "sample_time = -1")]);
     let target = folder.path().join("gains.rs");
     std::fs::write(&target, "as before").unwrap();
     let output = gain_gen("emit", &design, &["--to", "rust", "--output", target.to_str().unwrap()]);
     assert_eq!(output.status.code(), Some(2));
     let stderr = text(&output.stderr);
-    let text = std::fs::read_to_string(&design).unwrap();
-    let line = 1 + text.lines().position(|line| line.starts_with("sample_time")).unwrap();
+    let design = std::fs::read_to_string(&design).unwrap();
+    let line = 1 + design.lines().position(|line| line.starts_with("sample_time")).unwrap();
     assert!(stderr.contains(&format!("altered.toml:{line}: plant.sample_time: found")), "{stderr}");
     assert_eq!(std::fs::read_to_string(&target).unwrap(), "as before");
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2, "something was left behind");
@@ -302,7 +260,7 @@ fn emitted_json_is_the_report_with_model_and_settings() {
 #[test]
 fn a_number_that_the_device_cannot_hold_is_refused() {
     let folder = tempfile::tempdir().unwrap();
-    let design = altered(folder.path(), "pendulum", &[("[0, 0, 0, 0],\n]", "[0, 0, 0, 1e39],\n]")]);
+    let design = altered(folder.path(), &example("pendulum"), &[("[0, 0, 0, 0],\n]", "[0, 0, 0, 1e39],\n]")]);
     let target = folder.path().join("gains.rs");
     let output = gain_gen("emit", &design, &["--to", "rust", "--output", target.to_str().unwrap()]);
     assert_eq!(output.status.code(), Some(2));

@@ -1,6 +1,9 @@
 //! Designs that are correct: the examples in `designs/`, and what the reader makes of keys that may be left out.
+//! `[tracking]` is in `design_tracking.rs`.
 
-use gain_gen::design::{Acknowledgement, DelayDistribution, Design, DeviceScalar};
+use gain_gen::design::{
+    Acknowledgement, DelayDistribution, Design, DeviceScalar, Event, Goal, Interpolation, Preview, Trajectory,
+};
 use nalgebra::DMatrix;
 use slqg::DefaultInput;
 use std::path::{Path, PathBuf};
@@ -59,8 +62,16 @@ fn every_example_loads_and_bears_the_name_of_its_file() {
         "critical_good",
         "double_integrator",
         "double_integrator_bad",
+        "drive_event",
+        "drive_event_bad",
+        "drive_tracking",
+        "drive_tracking_bad",
         "pendulum",
         "pendulum_bad",
+        "pendulum_event",
+        "pendulum_event_bad",
+        "pendulum_tracking",
+        "pendulum_tracking_bad",
     ];
     assert_eq!(names, expected);
 }
@@ -71,6 +82,10 @@ fn variants_of_a_plant_differ_only_in_name_network_and_sequence_length() {
         ("double_integrator", &["double_integrator_bad"][..]),
         ("critical", &["critical_good", "critical_bad"]),
         ("pendulum", &["pendulum_bad"]),
+        ("drive_event", &["drive_event_bad"]),
+        ("drive_tracking", &["drive_tracking_bad"]),
+        ("pendulum_event", &["pendulum_event_bad"]),
+        ("pendulum_tracking", &["pendulum_tracking_bad"]),
     ] {
         let base = example(base);
         for variant in variants {
@@ -86,10 +101,25 @@ fn variants_of_a_plant_differ_only_in_name_network_and_sequence_length() {
 
 #[test]
 fn examples_use_the_good_and_the_bad_network_on_both_links() {
-    for (names, figures) in [
-        (["double_integrator", "critical_good", "pendulum"], &GOOD[..]),
-        (["double_integrator_bad", "critical_bad", "pendulum_bad"], &BAD),
-    ] {
+    let good = [
+        "double_integrator",
+        "critical_good",
+        "pendulum",
+        "drive_event",
+        "drive_tracking",
+        "pendulum_event",
+        "pendulum_tracking",
+    ];
+    let bad = [
+        "double_integrator_bad",
+        "critical_bad",
+        "pendulum_bad",
+        "drive_event_bad",
+        "drive_tracking_bad",
+        "pendulum_event_bad",
+        "pendulum_tracking_bad",
+    ];
+    for (names, figures) in [(good, &GOOD[..]), (bad, &BAD)] {
         for name in names {
             let network = example(name).network;
             assert_eq!(network.controller_to_actuator, link(figures), "{name}");
@@ -171,6 +201,7 @@ fn keys_left_out_take_their_defaults() {
     assert_eq!(settings.input_limits, None);
     // Thesis (3.34): the largest delay that occurs on the way of the measurements.
     assert_eq!((settings.sequence_length, settings.measurement_buffer), (2, 2));
+    assert_eq!((design.tracking, design.event), (None, None));
 }
 
 #[test]
@@ -205,4 +236,57 @@ fn rounding_in_a_mirrored_entry_is_evened_out() {
     let plant = Design::parse(&text, "tank").unwrap().plant;
     assert_eq!(plant.process_noise, plant.process_noise.transpose());
     assert_eq!(plant.measurement_noise[(1, 1)], 1e-12);
+}
+
+#[test]
+fn an_event_triggered_pendulum_is_the_pendulum_with_a_price_of_packets() {
+    let (mut event, pendulum) = (example("pendulum_event"), example("pendulum"));
+    assert_eq!(event.event.take(), Some(Event { send_cost: 1000.0 }));
+    assert_eq!(event.controller.sequence_length, 8);
+    event.name.clone_from(&pendulum.name);
+    event.controller.sequence_length = pendulum.controller.sequence_length;
+    assert_eq!(event, pendulum);
+    assert_eq!(
+        Design::parse(&format!("{SHORT}event.send_cost = 0"), "tank").unwrap().event,
+        Some(Event { send_cost: 0.0 })
+    );
+}
+
+#[test]
+fn the_drive_follows_from_its_physical_parameters() {
+    let (torque_constant, efficiency, per_metre) = (0.0302, 0.9, 2.0 * std::f64::consts::PI / 0.01);
+    let mass = 20.0 + (142.0 + 80.0) * 1e-7 * per_metre * per_metre;
+    let force = efficiency * torque_constant * per_metre;
+    let (friction, lag, cycle) = (20.0_f64, 0.002, 0.005_f64);
+    let plant = example("drive_tracking").plant;
+    assert_eq!((plant.states(), plant.inputs(), plant.outputs()), (3, 1, 1));
+    assert!((plant.a[(1, 1)] - (-friction / mass * cycle).exp()).abs() < 1e-12);
+    assert!((plant.a[(2, 2)] - (-cycle / lag).exp()).abs() < 1e-12);
+    // With the current held for ever the velocity settles where friction balances the force; in mm/s.
+    let velocity = (plant.a[(1, 2)] * 1.0 + plant.b[1]) / (1.0 - plant.a[(1, 1)]);
+    assert!((velocity / (1000.0 * force / friction) - 1.0).abs() < 1e-9, "{velocity}");
+    // The force that disturbs, held over a cycle.
+    let disturbed = 4.6 / mass * 1000.0 * cycle;
+    assert!((plant.process_noise[(1, 1)].sqrt() / disturbed - 1.0).abs() < 0.01);
+}
+
+#[test]
+fn the_drive_goes_there_and_back() {
+    let design = example("drive_tracking");
+    let tracking = design.tracking.as_ref().unwrap();
+    assert_eq!((tracking.outputs(), &tracking.z), (1, &DMatrix::from_row_slice(1, 3, &[1.0, 0.0, 0.0])));
+    let Goal::Trajectory(Trajectory { preview, reference: Some(reference) }) = &tracking.goal else {
+        panic!("{:?}", tracking.goal)
+    };
+    assert_eq!(*preview, Preview::Auto { tolerance: 1e-3 });
+    assert_eq!((reference.points.len(), reference.interpolation), (5, Interpolation::Linear));
+    for (cycle, position) in
+        [(0, 0.0), (50, 0.0), (100, 50.0), (150, 100.0), (250, 100.0), (350, 0.0), (9999, 0.0)]
+    {
+        let wanted = tracking.reference(cycle, design.plant.sample_time).unwrap();
+        assert!((wanted[0] - position).abs() < 1e-9, "{cycle}: {wanted}");
+    }
+    // The weight of the state is that of the position.
+    let only = DMatrix::from_fn(3, 3, |i, j| if (i, j) == (0, 0) { 4.0 } else { 0.0 });
+    assert_eq!((&design.cost.q, &design.cost.terminal), (&only, &only));
 }

@@ -1,5 +1,5 @@
 //! A task's generated source is compiled and run: its laws are those of the finite-horizon recursion, cycle by cycle, and
-//! the core's controller takes them one after the other.
+//! the core's controller takes them one after the other, with the feedforward where it follows a reference.
 
 use gain_gen::{
     design::Design,
@@ -10,6 +10,7 @@ use gain_gen::{
 use slqg::{
     Tick,
     nalgebra::{DVector, SVector},
+    tracking::Feedforward,
     wire,
 };
 use std::path::{Path, PathBuf};
@@ -20,8 +21,21 @@ mod task {
     include!("generated/critical_task.rs");
 }
 
-fn generated() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/generated/critical_task.rs")
+/// `hoist`, on its way to a set point.
+#[allow(dead_code, unreachable_pub)]
+mod tracking_task {
+    include!("generated/hoist_task.rs");
+}
+
+fn path(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests").join(name)
+}
+
+fn hoist() -> Report {
+    let design = Design::load(&path("data/hoist.toml")).expect("a design");
+    let mut report = Report::new(&design, Method::InFlight);
+    report.find_task(tracking_task::CYCLES).expect("a set point is known beforehand");
+    report
 }
 
 fn design() -> Design {
@@ -32,16 +46,21 @@ fn design() -> Design {
 }
 
 #[test]
-fn the_committed_task_is_what_the_generator_writes_today() {
+fn the_committed_tasks_are_what_the_generator_writes_today() {
     let mut report = Report::new(&design(), Method::InFlight);
-    report.find_task(task::CYCLES);
-    let source = emit(&report, "critical.toml", Format::Rust).expect("a source");
-    let committed = std::fs::read_to_string(generated()).expect("the committed source");
-    assert!(
-        source == committed,
-        "regenerate: cargo run -p gain-gen -- emit designs/critical.toml --sequence-length 2 --horizon 8 --to rust \
-         --output gain-gen/tests/generated/critical_task.rs"
-    );
+    report.find_task(task::CYCLES).expect("no reference to know, and no trigger");
+    for (report, origin, name, options) in [
+        (report, "critical.toml", "critical_task", "designs/critical.toml --sequence-length 2 --horizon 8"),
+        (hoist(), "hoist.toml", "hoist_task", "gain-gen/tests/data/hoist.toml --horizon 4"),
+    ] {
+        let source = emit(&report, origin, Format::Rust).expect("a source");
+        let committed =
+            std::fs::read_to_string(path(&format!("generated/{name}.rs"))).expect("the committed source");
+        assert!(
+            source == committed,
+            "regenerate: cargo run -p gain-gen -- emit {options} --to rust --output gain-gen/tests/generated/{name}.rs"
+        );
+    }
 }
 
 #[test]
@@ -78,4 +97,27 @@ fn a_controller_takes_the_laws_one_after_the_other() {
     let last = task::HORIZON[task::CYCLES - 1];
     let at_the_end: heapless::Vec<_, 2> = last.sequence(&SVector::from([1.0, 1.0]), &[SVector::from([1.0])]);
     assert_eq!(at_the_end[1][0], 0.0);
+}
+
+#[test]
+fn a_controller_takes_the_feedforward_cycle_by_cycle() {
+    let report = hoist();
+    let expected = &report.task.as_ref().expect("a task").tracked.as_ref().expect("a set point").feedforward;
+    let mut controller =
+        tracking_task::Controller::new(tracking_task::DESIGN, Tick(0)).expect("a design that fits");
+    let mut buffer = [0; 64];
+    for (cycle, inputs) in expected.iter().enumerate() {
+        let law = tracking_task::HORIZON[cycle];
+        let feedforward: Feedforward<f64, 1, 3> = Feedforward::from_rows(&tracking_task::FEEDFORWARD[cycle]);
+        assert!(feedforward.inputs.iter().flat_map(|input| input.iter()).eq(inputs.iter()), "cycle {cycle}");
+        controller.set_gains(law).expect("laws of one length");
+        controller.set_feedforward(feedforward).expect("finite");
+        let frame = controller.cycle(&mut buffer).expect("room").expect("a finite sequence");
+        let sequence = wire::decode_control::<f64, 1, 3>(frame).expect("a control frame");
+        if cycle == 0 {
+            // The state is held to be zero, and nothing is in flight.
+            assert!(sequence.inputs.iter().flat_map(|input| input.iter()).eq(inputs.iter()));
+        }
+    }
+    assert_eq!(expected.len(), tracking_task::CYCLES);
 }

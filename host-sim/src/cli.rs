@@ -1,17 +1,18 @@
-//! Command line: `host-sim run`.
+//! Command line: `host-sim run` and `host-sim sweep`.
 //!
 //! Exit status: 0 done; 2 the input is wrong; 3 the loop cannot be stabilised.
 
 use clap::{Args, Parser, Subcommand};
-use gain_gen::{design::Design, emit, report::Report, solve::Method};
+use gain_gen::{design::Design, emit, lengths::Lengths, report::Report, solve::Method};
 use host_sim::{
     contender::{Contender, ContenderError, Kind},
-    monte_carlo::{Plan, Simulate},
+    monte_carlo::{Outcome, Plan, Simulate},
     output::{self, Simulation},
     size_class::{self, dispatch},
 };
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::{
+    fmt::Display,
     path::{Path, PathBuf},
     process::ExitCode,
 };
@@ -27,20 +28,39 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     /// Simulate a design many times and compare controllers.
-    Run(RunOptions),
+    Run {
+        #[command(flatten)]
+        options: Options,
+        /// Inputs per sequence, instead of the design's.
+        #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=128))]
+        sequence_length: Option<u16>,
+        /// Also write a report with pictures, one self-contained HTML file.
+        #[arg(long, value_name = "FILE.html")]
+        report: Option<PathBuf>,
+    },
+    /// Simulate a design with sequences of several lengths.
+    ///
+    /// A length with which a controller cannot stabilise the loop is told on stderr and has no row; the status is 0 if
+    /// there is any row.
+    Sweep {
+        #[command(flatten)]
+        options: Options,
+        /// Lengths, 1 to 128: 4, 1..=12, 1..13 or 1,2,4,8
+        #[arg(long, value_name = "RANGE")]
+        lengths: Lengths,
+    },
 }
 
 #[derive(Args)]
-struct RunOptions {
+struct Options {
     /// Design file (TOML).
     design: PathBuf,
-    /// Controllers to simulate, separated by commas: slqg (sequence-based LQG over the design's network), lqg (at the
-    /// plant, without a network: the lower bound).
+    /// Controllers to simulate, separated by commas: slqg (sequence-based LQG over the design's network), slqg-always (sends
+    /// in every cycle, worth it or not), slqg-no-preview (takes the reference of the moment for all that is to come),
+    /// slqg-task (time-varying law of a task that ends with the run), lqg (at the plant, without a network: the lower
+    /// bound).
     #[arg(long, value_delimiter = ',', default_value = "slqg,lqg")]
     controllers: Vec<Kind>,
-    /// Inputs per sequence, instead of the design's.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=128))]
-    sequence_length: Option<u16>,
     /// Runs per controller.
     #[arg(long, value_name = "R", default_value_t = 200, value_parser = clap::value_parser!(u32).range(1..))]
     runs: u32,
@@ -53,9 +73,6 @@ struct RunOptions {
     /// Print one JSON object instead of a table.
     #[arg(long)]
     json: bool,
-    /// Also write a report with pictures, one self-contained HTML file.
-    #[arg(long, value_name = "FILE.html")]
-    report: Option<PathBuf>,
 }
 
 /// What went wrong, by exit status.
@@ -67,8 +84,13 @@ enum Failure {
 }
 
 pub(crate) fn main() -> ExitCode {
-    let Command::Run(options) = Cli::parse().command;
-    match run(&options) {
+    let outcome = match Cli::parse().command {
+        Command::Run { options, sequence_length, report } => {
+            run(&options, sequence_length, report.as_deref())
+        }
+        Command::Sweep { options, lengths } => sweep(&options, &lengths),
+    };
+    match outcome {
         Ok(()) => ExitCode::SUCCESS,
         Err(Failure::Input(message)) => fail(2, &message),
         Err(Failure::Unstable(message)) => fail(3, &message),
@@ -80,61 +102,123 @@ fn fail(status: u8, message: &str) -> ExitCode {
     ExitCode::from(status)
 }
 
-fn run(options: &RunOptions) -> Result<(), Failure> {
-    let mut design = Design::load(&options.design).map_err(|error| Failure::Input(error.to_string()))?;
-    if let Some(length) = options.sequence_length {
-        design.controller.sequence_length = usize::from(length);
+impl Options {
+    fn load(&self) -> Result<Design, Failure> {
+        Design::load(&self.design).map_err(|error| Failure::Input(error.to_string()))
     }
-    let plan = Plan { runs: options.runs as usize, steps: options.steps as usize, seed: options.seed };
-    let origin = options.design.display();
-    // Before gains are computed, which can take longer than saying no.
-    size_class::check(&design).map_err(|error| Failure::Input(format!("{origin}: {error}")))?;
+
+    fn plan(&self) -> Plan {
+        Plan { runs: self.runs as usize, steps: self.steps as usize, seed: self.seed }
+    }
+
+    /// An error about the design.
+    fn wrong(&self, error: &dyn Display) -> Failure {
+        Failure::Input(format!("{}: {error}", self.design.display()))
+    }
+
+    /// The controller `kind` for `design`, which is the file's, perhaps with another length.
+    fn contender(&self, kind: Kind, design: &Design) -> Result<Contender, Failure> {
+        // Before gains are computed, which can take longer than saying no.
+        size_class::check(design).map_err(|error| self.wrong(&error))?;
+        Contender::new(kind, design, self.plan().steps).map_err(|error| refused(&error, design, &self.design))
+    }
+
+    fn simulate(
+        &self,
+        design: &Design,
+        contender: &Contender,
+        progress: &ProgressBar,
+    ) -> Result<Outcome, Failure> {
+        let simulate = Simulate { design, contender, plan: self.plan(), done: || progress.inc(1) };
+        dispatch(design, simulate)
+            .map_err(|error| self.wrong(&error))?
+            .map_err(|error| self.wrong(&format_args!("controller.scalar: {error}; compute in f64")))
+    }
+
+    fn print(&self, simulation: &Simulation<'_>) {
+        if self.json {
+            println!("{}", output::json(simulation));
+        } else {
+            print!("{}", output::table(simulation));
+        }
+    }
+}
+
+fn simulation<'d>(design: &'d Design, plan: Plan, outcomes: Vec<Outcome>) -> Simulation<'d> {
+    Simulation {
+        name: &design.name,
+        sample_time: design.plant.sample_time,
+        goal: design.tracking.as_ref().map(|tracking| &tracking.goal),
+        plan,
+        outcomes,
+    }
+}
+
+fn run(options: &Options, sequence_length: Option<u16>, report: Option<&Path>) -> Result<(), Failure> {
+    let mut design = options.load()?;
+    if let Some(length) = sequence_length {
+        design.set_sequence_length(usize::from(length));
+    }
     let contenders = options
         .controllers
         .iter()
-        .map(|&kind| Contender::new(kind, &design).map_err(|error| refused(&error, &design, &options.design)))
+        .map(|&kind| options.contender(kind, &design))
         .collect::<Result<Vec<_>, _>>()?;
-
-    let progress = progress(contenders.len() * plan.runs);
-    let mut outcomes = Vec::with_capacity(contenders.len());
-    for contender in &contenders {
-        let simulate = Simulate { design: &design, contender, plan, done: || progress.inc(1) };
-        let outcome = dispatch(&design, simulate)
-            .map_err(|error| Failure::Input(format!("{origin}: {error}")))?
-            .map_err(|error| {
-                Failure::Input(format!("{origin}: controller.scalar: {error}; compute in f64"))
-            })?;
-        outcomes.push(outcome);
-    }
+    let progress = progress(contenders.len() * options.plan().runs);
+    let outcomes = contenders
+        .iter()
+        .map(|contender| options.simulate(&design, contender, &progress))
+        .collect::<Result<_, _>>()?;
     progress.finish_and_clear();
 
-    let simulation = Simulation { name: &design.name, sample_time: design.plant.sample_time, plan, outcomes };
-    if let Some(path) = &options.report {
+    let simulation = simulation(&design, options.plan(), outcomes);
+    if let Some(path) = report {
         emit::write(path, &output::report(&simulation)).map_err(|error| {
             Failure::Input(format!("{}: cannot write the report: {error}", path.display()))
         })?;
     }
-    if options.json {
-        println!("{}", output::json(&simulation));
-    } else {
-        print!("{}", output::table(&simulation));
-        if let Some(path) = &options.report {
-            println!("\nreport: {}", path.display());
+    options.print(&simulation);
+    if let (Some(path), false) = (report, options.json) {
+        println!("\nreport: {}", path.display());
+    }
+    Ok(())
+}
+
+fn sweep(options: &Options, lengths: &Lengths) -> Result<(), Failure> {
+    let mut design = options.load()?;
+    let lengths = lengths.as_slice();
+    let progress = progress(options.controllers.len() * lengths.len() * options.plan().runs);
+    let (mut outcomes, mut unstable) = (Vec::new(), Vec::new());
+    for &kind in &options.controllers {
+        let lengths = if kind.ignores_length() { &lengths[..1] } else { lengths };
+        for &length in lengths {
+            design.set_sequence_length(length);
+            match options.contender(kind, &design) {
+                Ok(contender) => outcomes.push(options.simulate(&design, &contender, &progress)?),
+                Err(Failure::Unstable(message)) => unstable.push(format!("N = {length}: {message}")),
+                Err(wrong) => return Err(wrong),
+            }
         }
     }
+    progress.finish_and_clear();
+    if outcomes.is_empty() {
+        return Err(Failure::Unstable(unstable.join("\n")));
+    }
+    options.print(&simulation(&design, options.plan(), outcomes));
+    unstable.iter().for_each(|message| eprintln!("not simulated: {message}"));
     Ok(())
 }
 
 fn refused(error: &ContenderError, design: &Design, path: &Path) -> Failure {
     let origin = path.display();
     match error {
-        ContenderError::Acknowledgement { .. } => Failure::Input(format!("{origin}: {error}")),
         ContenderError::Unstable { .. } => {
             // Which condition fails is the generator's to say.
             let why = Report::new(design, Method::InFlight).require_stable().err();
             let why = why.map_or_else(String::new, |condition| format!(": {condition}"));
             Failure::Unstable(format!("{origin}: {error}{why}"))
         }
+        wrong => Failure::Input(format!("{origin}: {wrong}")),
     }
 }
 

@@ -6,10 +6,11 @@
 
 use crate::{
     contender::Contender,
+    fitted::Fitted,
     link::{Fate, Link},
     plant::PlantRun,
     random::{Purpose, stream},
-    size_class::{Fitted, LONGEST_SEQUENCE, MEMORY, SimScalar},
+    size_class::{LONGEST_SEQUENCE, MEMORY, SimScalar},
 };
 use slqg::{
     Tick,
@@ -24,7 +25,7 @@ const DIVERGED: f64 = 1e6;
 /// What one run came to.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RunResult {
-    /// Thesis (3.16): sum of `x^T Q x + u^T R u` over the run, and `x_K^T Q_K x_K` at its end.
+    /// Stage costs over the run and the terminal one at its end, as in [`crate::objective`]. Without the cost of sending.
     pub cost: f64,
     /// Whether the state left 1e6 times its initial or noise scale.
     pub diverged: bool,
@@ -45,6 +46,8 @@ pub struct CycleRecord {
     pub estimate: Vec<f64>,
     /// Input applied.
     pub input: Vec<f64>,
+    /// Tracked output and what it is to be; empty where nothing is tracked.
+    pub tracked: Vec<(f64, f64)>,
     /// Age of the sequence the input came from; `None` for the default input.
     pub age: Option<usize>,
     /// What became of the control frame; `None` if none was sent.
@@ -103,6 +106,7 @@ pub fn run<T: SimScalar, const NX: usize, const NU: usize, const NY: usize>(
         if let Some(packet) = acknowledgement.take() {
             let _ = controller.receive(&packet);
         }
+        fitted.prepare(&mut controller, cycle);
         let sequence = controller.cycle(&mut frame).expect("the buffer holds every frame");
         let control_frame = sequence.map(|bytes| actuator_link.send(bytes));
         if control_frame.is_none() {
@@ -121,12 +125,16 @@ pub fn run<T: SimScalar, const NX: usize, const NU: usize, const NY: usize>(
 
         let input = applied.input.map(|value| value.widen());
         let state = *plant.state();
-        result.cost += state.dot(&(fitted.q * state)) + input.dot(&(fitted.r * input));
-        result.age_sum += applied.age.steps().unwrap_or(contender.law.length);
+        result.cost += fitted.objective.stage(cycle, &state, &input);
+        result.age_sum += applied.age.steps().unwrap_or(contender.laws[0].length);
+        let tracked = fitted.objective.tracked(cycle, &state);
         record(CycleRecord {
             state: state.iter().copied().collect(),
             estimate: controller.estimator().posterior_mean().iter().map(|value| value.widen()).collect(),
             input: input.iter().copied().collect(),
+            tracked: tracked
+                .map(|[z, reference]| z.iter().copied().zip(reference.iter().copied()).collect())
+                .unwrap_or_default(),
             age: applied.age.steps(),
             control_frame,
             measurement_frame,
@@ -137,8 +145,7 @@ pub fn run<T: SimScalar, const NX: usize, const NU: usize, const NY: usize>(
         sensor_link.next_cycle();
         actuator_link.next_cycle();
     }
-    let last = plant.state();
-    result.cost += last.dot(&(fitted.terminal * last));
+    result.cost += fitted.objective.terminal(steps, plant.state());
     result.rejected = u64::from(controller.counts().rejected_frames) + u64::from(actuator.rejected_frames());
     result
 }

@@ -1,34 +1,52 @@
 //! A controller to simulate: which gains it has and which network it gets.
 //!
-//! There is one control algorithm, the core's. The collocated LQG controller is the same algorithm on a network that
-//! loses and delays nothing: sequences of one input, designed for that network.
+//! There is one control algorithm, the core's. Controllers differ in what it is given: the collocated LQG controller is the
+//! same algorithm on a network that loses and delays nothing, with sequences of one input designed for that network.
 
 use gain_gen::{
     design::{Acknowledgement, DelayDistribution, Design},
-    solve::{Law, LoopProblem, Method, solve},
+    solve::{
+        Law, LoopProblem, Method, PreviewGains, PreviewTooLong, Solution, Tracked, TriggerTables,
+        finite_horizon, solve, tracking_task, trigger_tables,
+    },
     stability::loses_sight,
 };
+use nalgebra::DVector;
 use std::str::FromStr;
 
 /// The controllers that can be named.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
-    /// Sequence-based LQG on the design's network. Thesis chapter 3.
+    /// Sequence-based LQG on the design's network, with all that the design asks for. Thesis chapters 3 to 5.
     Slqg,
+    /// The same, but it sends in every cycle, worth it or not.
+    SlqgAlways,
+    /// The same, but it takes the reference of the moment for all that is to come.
+    SlqgNoPreview,
+    /// Sequence-based LQG with the time-varying law of a task that ends with the run.
+    SlqgTask,
     /// LQG at the plant, without a network: no controller on any network does better.
     Lqg,
 }
 
 impl Kind {
     /// Every controller there is.
-    pub const ALL: [Self; 2] = [Self::Slqg, Self::Lqg];
+    pub const ALL: [Self; 5] = [Self::Slqg, Self::SlqgAlways, Self::SlqgNoPreview, Self::SlqgTask, Self::Lqg];
 
     /// As on the command line and in JSON.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Slqg => "slqg",
+            Self::SlqgAlways => "slqg-always",
+            Self::SlqgNoPreview => "slqg-no-preview",
+            Self::SlqgTask => "slqg-task",
             Self::Lqg => "lqg",
         }
+    }
+
+    /// Whether it is what it is for any length of the sequences.
+    pub const fn ignores_length(self) -> bool {
+        matches!(self, Self::Lqg)
     }
 }
 
@@ -43,13 +61,34 @@ impl FromStr for Kind {
     }
 }
 
+/// How much of the reference to come a controller knows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Foresight {
+    /// As many samples as its gains take.
+    Preview,
+    /// The one of the moment.
+    None,
+}
+
 /// A controller with its gains and its network.
 #[derive(Debug, Clone)]
 pub struct Contender {
     /// Which controller.
     pub kind: Kind,
-    /// Its control law.
-    pub law: Law,
+    /// Its control law: one, or for a task one for each cycle.
+    pub laws: Vec<Law>,
+    /// For a task that follows a reference: `Uff` of each cycle, `N nu`.
+    pub feedforward: Vec<DVector<f64>>,
+    /// What it makes of a reference, with one law.
+    pub preview: Option<PreviewGains>,
+    /// How much of the reference it knows.
+    pub foresight: Foresight,
+    /// Cost of a packet, and what sending one is worth; `None` sends in every cycle.
+    pub trigger: Option<(f64, TriggerTables)>,
+    /// What a packet costs whether or not the controller minds; `None` where the design does not say.
+    pub send_cost: Option<f64>,
+    /// The reference from cycle 0 on, as far as it is looked ahead; empty where none is followed.
+    pub reference: Vec<DVector<f64>>,
     /// Delay of its link to the actuator.
     pub actuator_link: DelayDistribution,
     /// Delay of its link from the sensor.
@@ -76,35 +115,130 @@ pub enum ContenderError {
         /// The controller.
         controller: &'static str,
     },
+    /// The design tracks something that it does not give.
+    #[error("tracking.reference: missing; give the points in time that the simulation is to follow")]
+    NoReference,
+    /// The preview cannot be as long as asked.
+    #[error(transparent)]
+    Preview(#[from] PreviewTooLong),
+    /// The controller differs from `slqg` in something that the design does not have.
+    #[error("`{controller}` is `slqg` here: the design has no {table}; leave it out")]
+    Pointless {
+        /// The controller.
+        controller: &'static str,
+        /// The table it is about.
+        table: &'static str,
+    },
+    /// A task cannot decide whether to send.
+    #[error(
+        "`slqg-task` cannot be event-triggered: what sending is worth is known for a loop that goes on; leave [event] out, or simulate `slqg`"
+    )]
+    TriggeredTask,
 }
 
 impl Contender {
-    /// The controller `kind` designed for `design`.
+    /// The controller `kind` designed for `design` and runs of `steps` cycles.
     ///
     /// # Errors
-    /// If the controller cannot work with the design's network.
-    pub fn new(kind: Kind, design: &Design) -> Result<Self, ContenderError> {
+    /// If the controller cannot work with the design or its network.
+    pub fn new(kind: Kind, design: &Design, steps: usize) -> Result<Self, ContenderError> {
         let controller = kind.name();
-        let perfect = DelayDistribution::new(vec![1.0]).expect("certain arrival is a distribution");
+        makes_sense(kind, design)?;
         let mut problem = LoopProblem::of(design);
         let network = &design.network;
-        let (sensor_link, measurement_buffer) = match kind {
-            Kind::Slqg => {
-                if network.acknowledgement != Acknowledgement::Instant {
-                    return Err(ContenderError::Acknowledgement { controller });
-                }
-                (network.sensor_to_controller.clone(), design.controller.measurement_buffer)
+        let (sensor_link, measurement_buffer) = if kind == Kind::Lqg {
+            let perfect = DelayDistribution::new(vec![1.0]).expect("certain arrival is a distribution");
+            problem.link = perfect.clone();
+            problem.length = 1;
+            (perfect, 0)
+        } else {
+            if network.acknowledgement != Acknowledgement::Instant {
+                return Err(ContenderError::Acknowledgement { controller });
             }
-            Kind::Lqg => {
-                problem.link = perfect.clone();
-                problem.length = 1;
-                (perfect, 0)
-            }
+            (network.sensor_to_controller.clone(), design.controller.measurement_buffer)
         };
+        let mut contender = Self {
+            kind,
+            laws: Vec::new(),
+            feedforward: Vec::new(),
+            preview: None,
+            foresight: if kind == Kind::SlqgNoPreview { Foresight::None } else { Foresight::Preview },
+            trigger: None,
+            send_cost: design
+                .event
+                .as_ref()
+                .map(|event| if kind == Kind::Lqg { 0.0 } else { event.send_cost }),
+            reference: Vec::new(),
+            actuator_link: problem.link.clone(),
+            sensor_link,
+            measurement_buffer,
+        };
+        if kind == Kind::SlqgTask {
+            contender.make_task(&problem, design, steps)?;
+            return Ok(contender);
+        }
         let solution = solve(&problem, Method::InFlight);
-        if !solution.is_stabilising() || loses_sight(&design.plant, &sensor_link, measurement_buffer) {
+        let blind = loses_sight(&design.plant, &contender.sensor_link, measurement_buffer);
+        if !solution.is_stabilising() || blind {
             return Err(ContenderError::Unstable { controller });
         }
-        Ok(Self { kind, law: solution.law, actuator_link: problem.link, sensor_link, measurement_buffer })
+        contender.make_steady(&problem, design, &solution, steps)?;
+        contender.laws = vec![solution.law];
+        Ok(contender)
+    }
+
+    fn make_task(
+        &mut self,
+        problem: &LoopProblem,
+        design: &Design,
+        steps: usize,
+    ) -> Result<(), ContenderError> {
+        self.reference = reference(design, steps + 1)?;
+        let task = match Tracked::of(design) {
+            Some(tracked) => tracking_task(problem, &tracked, &self.reference),
+            None => finite_horizon(problem, &design.cost.terminal, steps),
+        };
+        self.laws = task.laws;
+        self.feedforward = task.tracked.map(|tracked| tracked.feedforward).unwrap_or_default();
+        Ok(())
+    }
+
+    fn make_steady(
+        &mut self,
+        problem: &LoopProblem,
+        design: &Design,
+        solution: &Solution,
+        steps: usize,
+    ) -> Result<(), ContenderError> {
+        self.preview = PreviewGains::over(problem, design, solution).transpose()?;
+        let ahead = self.preview.as_ref().map_or(0, |preview| preview.samples);
+        self.reference = reference(design, steps + 1 + ahead)?;
+        if matches!(self.kind, Kind::Slqg | Kind::SlqgNoPreview) {
+            let tables =
+                design.event.as_ref().map(|event| (event.send_cost, trigger_tables(problem, solution)));
+            self.trigger = tables.and_then(|(cost, tables)| Some((cost, tables?)));
+        }
+        Ok(())
+    }
+}
+
+/// `z_k` for `k = 0..cycles`; nothing where the design tracks nothing.
+fn reference(design: &Design, cycles: usize) -> Result<Vec<DVector<f64>>, ContenderError> {
+    let Some(tracking) = &design.tracking else { return Ok(Vec::new()) };
+    let at = |cycle| tracking.reference(cycle, design.plant.sample_time);
+    (0..cycles).map(|cycle| at(cycle).ok_or(ContenderError::NoReference)).collect()
+}
+
+fn makes_sense(kind: Kind, design: &Design) -> Result<(), ContenderError> {
+    let controller = kind.name();
+    match kind {
+        Kind::SlqgAlways if design.event.is_none() => {
+            Err(ContenderError::Pointless { controller, table: "[event]" })
+        }
+        Kind::SlqgNoPreview if design.tracking.is_none() => {
+            Err(ContenderError::Pointless { controller, table: "[tracking]" })
+        }
+        Kind::SlqgTask if design.event.is_some() => Err(ContenderError::TriggeredTask),
+        _ => Ok(()),
     }
 }

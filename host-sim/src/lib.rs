@@ -9,6 +9,8 @@
 //! | [`plant`] | the true plant with its noise |
 //! | [`contender`] | a controller to simulate: its gains and the network it gets |
 //! | [`size_class`] | from matrices of any size to the core's static types, in one place |
+//! | [`fitted`] | a controller's constant data padded to its size class |
+//! | [`objective`] | what a run costs |
 //! | [`closed_loop`] | one run: plant, links and the two ends, cycle by cycle |
 //! | [`monte_carlo`] | many runs in parallel, and what they say together |
 //! | [`output`] | the table, the JSON and the report with pictures |
@@ -17,8 +19,10 @@
 
 pub mod closed_loop;
 pub mod contender;
+pub mod fitted;
 pub mod link;
 pub mod monte_carlo;
+pub mod objective;
 pub mod output;
 pub mod plant;
 pub mod random;

@@ -3,7 +3,8 @@
 use crate::{
     closed_loop::{CycleRecord, RunPlan, RunResult, run},
     contender::Contender,
-    size_class::{Fitted, InSizeClass, SimScalar},
+    fitted::{Fitted, Unfit},
+    size_class::{InSizeClass, SimScalar},
 };
 use gain_gen::design::Design;
 use rayon::prelude::*;
@@ -20,7 +21,7 @@ pub struct Plan {
     pub seed: u64,
 }
 
-/// One controller's results over all runs. Costs are thesis (3.16), summed over a run.
+/// One controller's results over all runs. Costs are thesis (3.16) or (4.2), summed over a run.
 #[derive(Debug, Clone, Serialize)]
 pub struct Summary {
     /// Name of the controller.
@@ -41,6 +42,12 @@ pub struct Summary {
     pub send_rate: f64,
     /// Mean age of the applied inputs in cycles; an empty buffer counts as the sequence length.
     pub mean_input_age: f64,
+    /// Mean cost of a run with what its packets cost, thesis (5.1); only where the design prices packets.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mean_total_cost: Option<f64>,
+    /// Standard error of that mean.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub total_std_error: Option<f64>,
 }
 
 /// Everything simulated for one controller.
@@ -50,6 +57,8 @@ pub struct Outcome {
     pub summary: Summary,
     /// Cost of each run, in the order of the runs.
     pub costs: Vec<f64>,
+    /// The same with what its packets cost; equal where the design does not price them.
+    pub total_costs: Vec<f64>,
     /// The first run, cycle by cycle.
     pub first_run: Vec<CycleRecord>,
 }
@@ -68,12 +77,13 @@ pub struct Simulate<'a, P> {
 }
 
 impl<P: Fn() + Sync> InSizeClass for Simulate<'_, P> {
-    type Output = Result<Outcome, slqg::gains::InvalidGains>;
+    type Output = Result<Outcome, Unfit>;
 
     fn run<T: SimScalar, const NX: usize, const NU: usize, const NY: usize>(self) -> Self::Output {
         let Plan { runs, steps, seed } = self.plan;
         let fitted = Fitted::<T, NX, NU, NY>::new(self.design, self.contender);
         fitted.design()?;
+        let tracked = self.design.tracking.as_ref().map_or(0, |tracking| tracking.outputs());
         // Collected in the order of the runs, so that sums do not depend on the threads.
         let results: Vec<RunResult> = (0..runs as u64)
             .into_par_iter()
@@ -88,23 +98,29 @@ impl<P: Fn() + Sync> InSizeClass for Simulate<'_, P> {
             cycle.state.truncate(self.design.plant.states());
             cycle.estimate.truncate(self.design.plant.states());
             cycle.input.truncate(self.design.plant.inputs());
+            cycle.tracked.truncate(tracked);
             first_run.push(cycle);
         });
+        let send_cost = self.contender.send_cost.unwrap_or(0.0);
+        let total_costs: Vec<_> =
+            results.iter().map(|result| result.cost + send_cost * result.sent as f64).collect();
         Ok(Outcome {
-            summary: summarise(self.contender, &results, steps),
+            summary: summarise(self.contender, &results, &total_costs, steps),
             costs: results.iter().map(|result| result.cost).collect(),
+            total_costs,
             first_run,
         })
     }
 }
 
-fn summarise(contender: &Contender, results: &[RunResult], steps: usize) -> Summary {
+fn summarise(contender: &Contender, results: &[RunResult], total_costs: &[f64], steps: usize) -> Summary {
     let costs: Vec<f64> = results.iter().map(|result| result.cost).collect();
     let cycles = (results.len() * steps) as f64;
     let finite = |value: f64| value.is_finite().then_some(value);
+    let priced = |of: fn(&[f64]) -> f64| contender.send_cost.and_then(|_| finite(of(total_costs)));
     Summary {
         controller: contender.kind.name(),
-        sequence_length: contender.law.length,
+        sequence_length: contender.laws[0].length,
         mean_cost: finite(mean(&costs)),
         std_error: finite(standard_error(&costs)),
         median_cost: finite(quantile(&costs, 0.5)),
@@ -112,6 +128,8 @@ fn summarise(contender: &Contender, results: &[RunResult], steps: usize) -> Summ
         diverged: results.iter().filter(|result| result.diverged).count(),
         send_rate: results.iter().map(|result| result.sent).sum::<usize>() as f64 / cycles,
         mean_input_age: results.iter().map(|result| result.age_sum).sum::<usize>() as f64 / cycles,
+        mean_total_cost: priced(mean),
+        total_std_error: priced(standard_error),
     }
 }
 

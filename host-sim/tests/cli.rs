@@ -83,10 +83,93 @@ fn wrong_input_exits_with_2_and_says_why() {
     says(run("missing.toml", &[]), "missing.toml");
     says(
         run("pendulum.toml", &["--controllers", "pid"]),
-        "no controller is called `pid`; there are: slqg, lqg",
+        "no controller is called `pid`; there are: slqg, slqg-always, slqg-no-preview, slqg-task, lqg",
     );
     says(run("pendulum.toml", &["--sequence-length", "0"]), "--sequence-length");
     says(run("pendulum.toml", &["--sequence-length", "40"]), "controller.sequence_length: found 40");
+}
+
+#[test]
+fn a_sweep_has_a_row_for_each_length_that_can_be_stabilised_and_one_without_network() {
+    let sweep = |lengths: &str| {
+        let mut command =
+            host_sim(&["sweep", "--runs", "5", "--steps", "20", "--json", "--lengths", lengths]);
+        command.arg(design("critical.toml"));
+        command
+    };
+    let text = stdout(sweep("1..=4"));
+    let json: Value = serde_json::from_str(&text).expect("one JSON object");
+    let rows: Vec<_> = json["results"].as_array().expect("results").iter().collect();
+    let found: Vec<_> =
+        rows.iter().map(|row| (row["controller"].as_str(), row["sequence_length"].as_u64())).collect();
+    assert_eq!(found, [(Some("slqg"), Some(3)), (Some("slqg"), Some(4)), (Some("lqg"), Some(1))]);
+    let mut hopeless = sweep("1,2");
+    let assertion = hopeless.args(["--controllers", "slqg"]).assert().code(3);
+    let stderr = String::from_utf8_lossy(&assertion.get_output().stderr).into_owned();
+    assert!(
+        stderr.contains("N = 1") && stderr.contains("N = 2") && stderr.contains("Theorem 3.4 b)"),
+        "{stderr}"
+    );
+}
+
+#[test]
+fn the_total_with_the_cost_of_sending_is_told_where_packets_have_a_price() {
+    let result = |name: &str| -> Value {
+        let text = stdout(run(name, &["--json", "--controllers", "slqg"]));
+        serde_json::from_str::<Value>(&text).expect("one JSON object")["results"][0].clone()
+    };
+    let priced = result("pendulum_event.toml");
+    let number = |key: &str| priced[key].as_f64().expect("a number");
+    let sending = 1000.0 * number("send_rate") * 40.0;
+    assert!((number("mean_total_cost") - number("mean_cost") - sending).abs() < 1e-6 * sending);
+    assert!(priced["total_std_error"].is_f64());
+    assert!(result("pendulum.toml").get("mean_total_cost").is_none());
+}
+
+#[test]
+fn a_controller_that_makes_no_difference_is_refused_with_the_reason() {
+    let says = |name: &str, controller: &str, expected: &str| {
+        let assertion = run(name, &["--controllers", controller]).assert().code(2);
+        let stderr = String::from_utf8_lossy(&assertion.get_output().stderr).into_owned();
+        assert!(stderr.contains(name) && stderr.contains(expected), "{stderr}");
+    };
+    says("pendulum.toml", "slqg-always", "`slqg-always` is `slqg` here: the design has no [event]");
+    says(
+        "pendulum.toml",
+        "slqg-no-preview",
+        "`slqg-no-preview` is `slqg` here: the design has no [tracking]",
+    );
+    says("pendulum_event.toml", "slqg-task", "`slqg-task` cannot be event-triggered");
+}
+
+#[test]
+fn a_design_that_tracks_what_it_does_not_give_is_refused_with_the_key() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("axis.toml");
+    let text = fs::read_to_string(design("drive_tracking.toml")).expect("the design");
+    let at_run_time = &text[..text.find("# 100 mm there").expect("the reference")];
+    fs::write(&path, at_run_time).expect("written");
+    let assertion = host_sim(&["run"]).arg(&path).assert().code(2);
+    let stderr = String::from_utf8_lossy(&assertion.get_output().stderr).into_owned();
+    assert!(stderr.contains("axis.toml: tracking.reference: missing"), "{stderr}");
+}
+
+#[test]
+fn a_set_point_is_stood_at_and_the_report_shows_the_tracked_output() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let [path, report] = ["axis.toml", "report.html"].map(|name| folder.path().join(name));
+    let text = fs::read_to_string(design("drive_tracking.toml")).expect("the design");
+    let from = text.find("preview =").expect("the preview");
+    fs::write(&path, format!("{}set_point = [25]\n", &text[..from])).expect("written");
+    let mut command =
+        host_sim(&["run", "--controllers", "slqg", "--steps", "400", "--runs", "5", "--report"]);
+    let text = stdout({
+        command.arg(&report).arg(&path);
+        command
+    });
+    assert!(text.contains("(z-ref)'Q(z-ref) + (u-u_ref)'R(u-u_ref)"), "{text}");
+    let html = fs::read_to_string(&report).expect("the report");
+    assert!(html.contains("tracked output 1") && html.contains("reference"));
 }
 
 #[test]

@@ -26,7 +26,8 @@ fn brackets(text: &str, horizon: &Horizon) {
     let design = Design::parse(text, "design.toml").expect("a design");
     let estimation = Report::new(&design, Method::InFlight).estimation;
     let (lower, upper) = (estimation.cost_lower, estimation.cost_upper);
-    let contender = Contender::new(Kind::Slqg, &design).expect("a stabilised loop");
+    let contender =
+        Contender::new(Kind::Slqg, &design, horizon.start_up + horizon.counted).expect("a stabilised loop");
     // The same seed gives a long run the short one's beginning; in steady state both end with the same expected
     // terminal term, so their difference is the cost of the steps between.
     let early = costs(&design, &contender, horizon.start_up);

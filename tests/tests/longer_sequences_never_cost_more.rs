@@ -13,8 +13,8 @@ const BAD: &str = include_str!("../../designs/double_integrator_bad.toml");
 fn mean_cost(text: &str, kind: Kind, length: usize) -> f64 {
     let mut design = Design::parse(text, "double_integrator.toml").expect("a design");
     design.controller.sequence_length = length;
-    let contender = Contender::new(kind, &design).expect("a stabilised loop");
     let plan = Plan { runs: 200, steps: 200, seed: 1 };
+    let contender = Contender::new(kind, &design, plan.steps).expect("a stabilised loop");
     let simulate = Simulate { design: &design, contender: &contender, plan, done: || () };
     mean(&dispatch(&design, simulate).expect("a size class").expect("gains").costs)
 }

@@ -49,7 +49,7 @@ enum Change {
 /// Growth of the mean cost per cycle from the first to the second half of a run of the changed loop.
 fn growth(change: Change) -> f64 {
     let mut design = design();
-    let mut contender = Contender::new(Kind::Slqg, &design).expect("a stabilised loop");
+    let mut contender = Contender::new(Kind::Slqg, &design, STEPS).expect("a stabilised loop");
     match change {
         Change::Loss(fraction) => contender.actuator_link = thinned(&contender.actuator_link, fraction),
         Change::Delay(steps) => contender.actuator_link = delayed(&contender.actuator_link, steps),

@@ -33,7 +33,7 @@ fn cost_per_step(design: &Design, contender: &Contender) -> Vec<f64> {
 fn meets_closed_form(design: &Design) {
     let problem = LoopProblem::of(design);
     let expected = solve(&problem, Method::InFlight).control_cost(&design.plant.process_noise);
-    let contender = Contender::new(Kind::Slqg, design).expect("a stabilised loop");
+    let contender = Contender::new(Kind::Slqg, design, STEPS).expect("a stabilised loop");
     let found = cost_per_step(design, &contender);
     let (mean, error) = (mean(&found), standard_error(&found));
     eprintln!("{}: {mean:.3} +- {error:.3} simulated, {expected:.3} in closed form", design.name);

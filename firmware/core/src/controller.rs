@@ -1,15 +1,18 @@
 //! `Controller`: one control cycle, measurement and acknowledgement frames in, control frame out.
 //!
 //! It ties the rooms together and decides nothing itself: the estimate is [`crate::estimator`]'s, the
-//! expected inputs [`crate::in_flight`]'s, the law [`crate::gains`]', the bytes [`crate::wire`]'s.
+//! expected inputs [`crate::in_flight`]'s, the law [`crate::gains`]', the feedforward [`crate::tracking`]'s, whether to send
+//! [`crate::event`]'s, the bytes [`crate::wire`]'s.
 
 use crate::{
-    Scalar, Tick,
+    DefaultInput, Scalar, Tick,
     actuator::{Age, Settings},
     estimator::{Kalman, Model, RejectedMeasurement},
+    event::{Candidate, Trigger},
     gains::Gains,
     in_flight::{InFlight, push_newest},
     sequence::ControlSequence,
+    tracking::{Feedforward, Preview, RejectedReference},
     wire::{self, Acknowledgement, DecodeError, EncodeError, Measurement},
 };
 use heapless::Deque;
@@ -26,6 +29,10 @@ pub struct Design<'a, T, const NX: usize, const NU: usize, const NY: usize> {
     pub actuator: Settings<T, NU>,
     /// Most cycles a measurement may be late and still count, `N^B`, thesis (3.34).
     pub measurement_buffer: usize,
+    /// What a reference adds to the law; `None` where the state is controlled to zero.
+    pub preview: Option<Preview<'a, T, NU>>,
+    /// Sends a sequence only if it is worth it; `None` sends in every cycle.
+    pub trigger: Option<Trigger<'a, T, NX, NU>>,
 }
 
 /// Why a design does not fit a controller.
@@ -33,12 +40,14 @@ pub struct Design<'a, T, const NX: usize, const NU: usize, const NY: usize> {
 pub enum InvalidDesign {
     /// The gains' sequences are longer than the controller's capacity `N`, or than 255.
     Capacity,
-    /// Gains and actuator settings name different default inputs.
+    /// Gains, preview, trigger and actuator settings do not all name the same default input.
     DefaultInput,
     /// Measurements may be later than the controller's memory of `H` cycles reaches back.
     MeasurementBuffer,
-    /// Gains for sequences of another length than those in flight.
+    /// Gains for sequences of another length than those in flight, or preview or trigger for others than the gains.
     Length,
+    /// The preview does not tell what the trigger must know.
+    Preview,
 }
 
 /// Why a frame changed nothing.
@@ -61,6 +70,8 @@ pub struct Counts {
     pub unacknowledged: u32,
     /// Cycles in which no finite sequence could be computed, and none was sent.
     pub not_finite: u32,
+    /// Cycles in which the sequence was not worth a packet, and none was sent.
+    pub not_worth_sending: u32,
 }
 
 /// What the actuator is held to have played in one cycle.
@@ -74,7 +85,8 @@ struct Played<T, const NU: usize> {
 
 /// The controller end of the link.
 ///
-/// Each cycle: any number of [`Controller::receive`], then one [`Controller::cycle`].
+/// Each cycle: any number of [`Controller::receive`], [`Controller::follow`] if the reference has moved, then one
+/// [`Controller::cycle`].
 ///
 /// A cycle whose acknowledgement has not come is held to have played on without a new packet, until an
 /// acknowledgement says otherwise. While the estimator remembers the cycle, it and those after it that are not
@@ -95,6 +107,7 @@ pub struct Controller<
     in_flight: InFlight<T, NU, N, H>,
     /// The last `H` cycles, newest first: with the one that the oldest remembered by the estimator follows.
     played: Deque<Played<T, NU>, H>,
+    feedforward: Feedforward<T, NU, N>,
     counts: Counts,
 }
 
@@ -113,6 +126,10 @@ impl<'a, T: Scalar, const NX: usize, const NU: usize, const NY: usize, const N: 
         if design.gains.default_input() != design.actuator.default_input {
             return Err(InvalidDesign::DefaultInput);
         }
+        if let Some(preview) = &design.preview {
+            agree(&design, preview.length(), preview.default_input())?;
+        }
+        check_trigger(&design)?;
         if design.measurement_buffer >= H {
             return Err(InvalidDesign::MeasurementBuffer);
         }
@@ -120,23 +137,60 @@ impl<'a, T: Scalar, const NX: usize, const NU: usize, const NY: usize, const N: 
             kalman: Kalman::new(design.model, design.measurement_buffer, tick),
             in_flight: InFlight::default(),
             played: Deque::new(),
+            feedforward: Feedforward::default(),
             counts: Counts::default(),
             design,
         })
     }
 
     /// Replaces the control law from the next cycle on: for time-varying gains, or gains for a link that has changed.
+    /// Preview gains and trigger stay as they are.
     ///
     /// # Errors
     /// If the gains are for sequences of another length or for another default input; the law stays as it was.
     pub fn set_gains(&mut self, gains: Gains<'a, T, NX, NU>) -> Result<(), InvalidDesign> {
-        if gains.length() != self.design.gains.length() {
-            return Err(InvalidDesign::Length);
-        }
-        if gains.default_input() != self.design.actuator.default_input {
-            return Err(InvalidDesign::DefaultInput);
-        }
+        agree(&self.design, gains.length(), gains.default_input())?;
         self.design.gains = gains;
+        Ok(())
+    }
+
+    /// Replaces the trigger from the next cycle on: where a packet's cost changes, [`Trigger::with_send_cost`], or the law
+    /// does; `None` sends in every cycle.
+    ///
+    /// # Errors
+    /// If it does not fit the design; the one before stays.
+    pub fn set_trigger(&mut self, trigger: Option<Trigger<'a, T, NX, NU>>) -> Result<(), InvalidDesign> {
+        let design = Design { trigger, ..self.design };
+        check_trigger(&design)?;
+        self.design = design;
+        Ok(())
+    }
+
+    /// Follows `reference`: the samples `z_{k+1}, z_{k+2}, ..`, where `k` is the cycle that [`Controller::cycle`] runs
+    /// next.
+    ///
+    /// Samples beyond the design's preview change nothing, and of fewer the last one stands for those missing: a set point
+    /// is one sample. The feedforward stays in force until the next call, so a reference that moves is handed over in
+    /// every cycle. Before the first call the reference is zero.
+    ///
+    /// # Errors
+    /// Says why the reference is not followed; the one before stays in force.
+    pub fn follow<const NZ: usize>(&mut self, reference: &[SVector<T, NZ>]) -> Result<(), RejectedReference> {
+        let preview = self.design.preview.as_ref().ok_or(RejectedReference::NoPreview)?;
+        self.feedforward = preview.feedforward(reference)?;
+        Ok(())
+    }
+
+    /// Sets the feedforward of the next cycle and those after it, where it was computed beforehand: for tasks of finite
+    /// length, cycle by cycle along with [`Controller::set_gains`]. The design needs no preview for that.
+    ///
+    /// # Errors
+    /// If it is not finite; the one before stays in force.
+    pub fn set_feedforward(&mut self, feedforward: Feedforward<T, NU, N>) -> Result<(), RejectedReference> {
+        if !feedforward.is_finite() {
+            return Err(RejectedReference::NotFinite);
+        }
+        self.feedforward = feedforward;
         Ok(())
     }
 
@@ -226,8 +280,9 @@ impl<'a, T: Scalar, const NX: usize, const NU: usize, const NY: usize, const N: 
 
     /// Runs one cycle: estimates the state, decides the sequence, and writes it as a frame into `buffer`.
     ///
-    /// Returns the frame to send, [`wire::control_len`] bytes; `None` if no finite sequence came out, which is
-    /// counted and costs the loop no more than a lost packet. Thesis (3.30), THEORY 3.
+    /// Returns the frame to send, [`wire::control_len`] bytes; `None` if nothing is to be sent: the sequence is not worth a
+    /// packet, or no finite one came out, which costs the loop no more than a lost packet. Either is counted. The
+    /// actuator needs no word of it: it plays on and acknowledges what it plays. Thesis (3.30), THEORY 3, 7.
     ///
     /// # Errors
     /// If `buffer` is too small for the frame. The cycle is over even so, as if the packet was lost.
@@ -238,13 +293,17 @@ impl<'a, T: Scalar, const NX: usize, const NU: usize, const NY: usize, const N: 
         let tick = self.kalman.tick();
         self.kalman.filter(self.design.model);
         let expected = self.in_flight.expected_inputs(&self.design.gains);
-        let inputs = self.design.gains.sequence(self.kalman.posterior_mean(), &expected);
+        let mut inputs = self.design.gains.sequence(self.kalman.posterior_mean(), &expected);
+        self.feedforward.add_to(&mut inputs);
         let sequence = ControlSequence { tick, inputs };
-        let frame = if sequence.is_finite() {
-            wire::encode_control(&sequence, buffer).map(Some)
-        } else {
+        let frame = if !sequence.is_finite() {
             count(&mut self.counts.not_finite);
             Ok(None)
+        } else if !self.is_worth_sending(&sequence, &expected) {
+            count(&mut self.counts.not_worth_sending);
+            Ok(None)
+        } else {
+            wire::encode_control(&sequence, buffer).map(Some)
         };
         self.in_flight.push(matches!(frame, Ok(Some(_))).then_some(sequence));
 
@@ -255,6 +314,46 @@ impl<'a, T: Scalar, const NX: usize, const NU: usize, const NY: usize, const N: 
         self.kalman.advance(self.design.model, input);
         frame
     }
+
+    /// Without a trigger everything is.
+    fn is_worth_sending(&self, sequence: &ControlSequence<T, NU, N>, expected: &[SVector<T, NU>]) -> bool {
+        self.design.trigger.as_ref().is_none_or(|trigger| {
+            let candidate = Candidate {
+                posterior_mean: self.kalman.posterior_mean(),
+                expected,
+                inputs: &sequence.inputs,
+                displaced: &self.feedforward.displaced,
+            };
+            trigger.is_worth_sending(trigger.benefit(&self.design.gains, &self.in_flight, candidate))
+        })
+    }
+}
+
+/// Whether a law for sequences of this length and default input fits the design.
+fn agree<T: Scalar, const NX: usize, const NU: usize, const NY: usize>(
+    design: &Design<'_, T, NX, NU, NY>,
+    length: usize,
+    default_input: DefaultInput,
+) -> Result<(), InvalidDesign> {
+    if length != design.gains.length() {
+        return Err(InvalidDesign::Length);
+    }
+    if default_input != design.actuator.default_input {
+        return Err(InvalidDesign::DefaultInput);
+    }
+    Ok(())
+}
+
+/// Whether the trigger, if any, fits the law, and the preview, if any, tells it what it must know.
+fn check_trigger<T: Scalar, const NX: usize, const NU: usize, const NY: usize>(
+    design: &Design<'_, T, NX, NU, NY>,
+) -> Result<(), InvalidDesign> {
+    let Some(trigger) = &design.trigger else { return Ok(()) };
+    agree(design, trigger.length(), trigger.default_input())?;
+    if design.preview.as_ref().is_some_and(|preview| !preview.serves_trigger()) {
+        return Err(InvalidDesign::Preview);
+    }
+    Ok(())
 }
 
 fn count(counter: &mut u32) {

@@ -3,6 +3,7 @@
 //! The law itself is here too. Where gains come from is [`crate::synthesis`]; what they multiply is
 //! [`crate::estimator`]'s state and [`crate::in_flight`]'s expected inputs.
 
+use crate::scalar::{all_within_f32, all_within_f64};
 use crate::{DefaultInput, Scalar, arrival};
 use heapless::Vec;
 use nalgebra::SVector;
@@ -106,7 +107,7 @@ impl<T: Scalar> Tables<'_, T> {
 
 /// Constructors for one scalar type: floating-point comparisons in `const` need a concrete type.
 macro_rules! checked_construction {
-    ($scalar:ty) => {
+    ($scalar:ty, $all_within:path) => {
         impl<'a, const NX: usize, const NU: usize> Gains<'a, $scalar, NX, NU> {
             /// Gains for sequences of `length` inputs, or why the tables are none.
             pub const fn check(
@@ -118,27 +119,15 @@ macro_rules! checked_construction {
                     return Err(error);
                 }
                 let Tables { lx, m, arrival } = tables;
-                if !all_within(lx, <$scalar>::MIN, <$scalar>::MAX)
-                    || !all_within(m, <$scalar>::MIN, <$scalar>::MAX)
+                if !$all_within(lx, <$scalar>::MIN, <$scalar>::MAX)
+                    || !$all_within(m, <$scalar>::MIN, <$scalar>::MAX)
                 {
                     return Err(InvalidGains::NotFinite);
                 }
-                if !all_within(arrival, 0.0, 1.0) {
+                if !$all_within(arrival, 0.0, 1.0) {
                     return Err(InvalidGains::NotAProbability);
                 }
-                return Ok(Self { length, default_input, lx, m, arrival });
-
-                const fn all_within(values: &[$scalar], low: $scalar, high: $scalar) -> bool {
-                    let mut i = 0;
-                    while i < values.len() {
-                        // Written so that NaN is outside.
-                        if !(values[i] >= low && values[i] <= high) {
-                            return false;
-                        }
-                        i += 1;
-                    }
-                    true
-                }
+                Ok(Self { length, default_input, lx, m, arrival })
             }
 
             /// Gains for sequences of `length` inputs, from constant tables.
@@ -169,8 +158,8 @@ macro_rules! checked_construction {
         }
     };
 }
-checked_construction!(f32);
-checked_construction!(f64);
+checked_construction!(f32, all_within_f32);
+checked_construction!(f64, all_within_f64);
 
 impl<'a, T: Scalar, const NX: usize, const NU: usize> Gains<'a, T, NX, NU> {
     /// As `check`, for any scalar; comparisons of a type parameter cannot be `const`.
@@ -233,7 +222,7 @@ impl<'a, T: Scalar, const NX: usize, const NU: usize> Gains<'a, T, NX, NU> {
 }
 
 /// Sum of products in index order: the order is part of the promise that host and target agree to the bit.
-fn dot<'v, T: Scalar>(row: &[T], vector: impl Iterator<Item = &'v T>) -> T {
+pub(crate) fn dot<'v, T: Scalar>(row: &[T], vector: impl Iterator<Item = &'v T>) -> T {
     row.iter().zip(vector).fold(T::zero(), |sum, (gain, value)| sum + *gain * *value)
 }
 

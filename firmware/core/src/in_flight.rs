@@ -147,15 +147,56 @@ impl<T: Scalar, const NU: usize, const N: usize, const H: usize> InFlight<T, NU,
 
     /// `vbar`: the expected input in each of the next `n_v` cycles if nothing sent from now on arrived. THEORY 3.
     pub fn expected_inputs<const NX: usize>(&self, gains: &Gains<'_, T, NX, NU>) -> Vec<SVector<T, NU>, N> {
+        self.expected(gains, self.last_age, |b, m| gains.arrival(b, m))
+    }
+
+    /// Calls `each` with every sequence that may turn out to be the newest that has arrived by cycle `k+told`: its
+    /// probability, and the expected inputs given that it is, one for each of the next `n_v` cycles. THEORY 7.
+    ///
+    /// It is the acknowledged one, or one sent after it; nothing is known of when it arrived. The expected inputs mean
+    /// something from cycle `k+told` on; those before are what the sequence holds for them, played or not.
+    pub fn for_each_newest<const NX: usize>(
+        &self,
+        gains: &Gains<'_, T, NX, NU>,
+        told: usize,
+        mut each: impl FnMut(T, &[SVector<T, NU>]),
+    ) {
+        let one = T::one();
+        let acknowledged =
+            self.last_age.steps().map_or(gains.length(), |steps| steps + 1).min(gains.length());
+        // Given that it had not arrived by k+told.
+        let arrival = |b, m| {
+            let (by_then, under_way) = (gains.arrival(b, m), one - gains.arrival(b, told));
+            if m > told && under_way > T::zero() {
+                (by_then - gains.arrival(b, told)) / under_way
+            } else {
+                T::zero()
+            }
+        };
+        let mut none_newer = one;
+        for age in 1..acknowledged {
+            let arrived = if self.sent(age).is_some() { gains.arrival(age, told) } else { T::zero() };
+            let steps = u8::try_from(age - 1).map_or(Age::Empty, Age::Steps);
+            if arrived > T::zero() {
+                each(none_newer * arrived, &self.expected(gains, steps, arrival));
+            }
+            none_newer *= one - arrived;
+        }
+        each(none_newer, &self.expected(gains, self.last_age, arrival));
+    }
+
+    /// `vbar` if the actuator had played `age` and packets under way arrived with the probabilities `arrival`.
+    fn expected<const NX: usize>(
+        &self,
+        gains: &Gains<'_, T, NX, NU>,
+        age: Age,
+        arrival: impl Fn(usize, usize) -> T,
+    ) -> Vec<SVector<T, NU>, N> {
+        let (length, default_input) = (gains.length(), gains.default_input());
         let mut expected: Vec<SVector<T, NU>, N> =
             (0..gains.in_flight().min(N)).map(|_| SVector::zeros()).collect();
-        let play_out = PlayOut {
-            length: gains.length(),
-            default_input: gains.default_input(),
-            arrival: |b, m| gains.arrival(b, m),
-        };
         let sent = |a, m| self.sent(a).and_then(|sequence| sequence.inputs.get(a + m).copied());
-        play_out.expected_inputs(self.last_age, sent, self.last_input, &mut expected);
+        PlayOut { length, default_input, arrival }.expected_inputs(age, sent, self.last_input, &mut expected);
         expected
     }
 }

@@ -18,6 +18,8 @@
 //! | [`gains`] | the optimal gains as constant data, and the control law |
 //! | [`blob`] | gains as bytes that are loaded at run time |
 //! | [`in_flight`] | what was sent and may still be applied |
+//! | [`tracking`] | feedforward from the reference samples that are known ahead |
+//! | [`event`] | whether a sequence is worth sending |
 //! | [`sequence`], [`tick`], [`scalar`] | a control sequence, the only clock there is, `f32` and `f64` |
 //! | [`arrival`] | what a delay distribution says about packets under way |
 //! | [`synthesis`] | the recursion that computes the gains, for the generator and for the device itself |
@@ -32,12 +34,14 @@ pub mod arrival;
 pub mod blob;
 pub mod controller;
 pub mod estimator;
+pub mod event;
 pub mod gains;
 pub mod in_flight;
 pub mod scalar;
 pub mod sequence;
 pub mod synthesis;
 pub mod tick;
+pub mod tracking;
 pub mod wire;
 
 pub use actuator::DefaultInput;

@@ -1,6 +1,7 @@
 //! The scalar types the core computes in: `f32` (the device's default) and `f64`.
 //!
-//! Only what differs between the two lives here; arithmetic is nalgebra's `RealField`.
+//! Only what differs between the two lives here; arithmetic is nalgebra's `RealField`. Tables are checked where they are
+//! constants, and comparisons of a type parameter cannot be `const`: hence a range check for each of the two.
 
 use nalgebra::RealField;
 use serde::{Serialize, de::DeserializeOwned};
@@ -44,3 +45,22 @@ impl Scalar for f64 {
         self
     }
 }
+
+macro_rules! range_check {
+    ($name:ident, $scalar:ty) => {
+        /// Whether every value is within `low..=high`; NaN is not.
+        pub(crate) const fn $name(values: &[$scalar], low: $scalar, high: $scalar) -> bool {
+            let mut i = 0;
+            while i < values.len() {
+                // Written so that NaN is outside.
+                if !(values[i] >= low && values[i] <= high) {
+                    return false;
+                }
+                i += 1;
+            }
+            true
+        }
+    };
+}
+range_check!(all_within_f32, f32);
+range_check!(all_within_f64, f64);

@@ -3,9 +3,12 @@
 #[path = "random/dice.rs"]
 mod dice;
 mod double_integrator;
+#[path = "random/shuffle.rs"]
+mod shuffle;
 
 use dice::Dice;
 use double_integrator::{DELAYS, LATE, Node, Number, Workshop};
+use shuffle::shuffle;
 use slqg::actuator::{Actuator, Age, Applied, Limits, Settings};
 use slqg::nalgebra::SVector;
 use slqg::wire::{self, Acknowledgement, Measurement};
@@ -71,7 +74,7 @@ impl<'a, T: Number> Loop<'a, T> {
             self.to_controller.push((self.cycle + late, frame));
         }
         let mut arrived = take_arrived(&mut self.to_controller, self.cycle);
-        self.dice.shuffle(&mut arrived);
+        shuffle(&mut self.dice, &mut arrived);
         for frame in &arrived {
             if let Ok(Acknowledgement { tick, .. }) = wire::decode_acknowledgement::<T>(frame) {
                 self.acknowledged[tick.since(START) as usize] = true;
@@ -168,13 +171,13 @@ fn an_acknowledged_input_is_believed_to_be_what_the_actuator_applied() {
 
 fn order_does_not_matter<T: Number>(mut run: Loop<'_, T>) {
     let mut other = run.controller.clone();
-    let mut shuffle = Dice(run.dice.0 ^ 0x5555);
+    let mut other_order = Dice(run.dice.0 ^ 0x5555);
     for cycle in 0..CYCLES {
         let mut frames = run.frames_for_controller();
         for frame in &frames {
             assert_eq!(run.controller.receive(frame), Ok(()));
         }
-        shuffle.shuffle(&mut frames);
+        shuffle(&mut other_order, &mut frames);
         for frame in &frames {
             assert_eq!(other.receive(frame), Ok(()));
         }

@@ -1,77 +1,16 @@
 //! The in-flight recursion on random plants and links: solutions solve their equation and mean what they say.
 
-use proptest::prelude::*;
-use proptest::strategy::ValueTree;
-use proptest::test_runner::TestRunner;
+#[path = "random/case.rs"]
+mod case;
+
+use case::{Case, some_cases};
 use slqg::synthesis::{Dimensions, InvalidProblem, Problem, Synthesis};
 use slqg::{DefaultInput, Scalar, arrival, nalgebra};
 
-/// A plant, a cost and a link; matrices row-major.
-#[derive(Debug, Clone)]
-struct Case {
-    dimensions: Dimensions,
-    a: Vec<f64>,
-    b: Vec<f64>,
-    q: Vec<f64>,
-    r: Vec<f64>,
-    survival: Vec<f64>,
-}
-
-impl Case {
-    fn problem(&self) -> Problem<'_, f64> {
-        let Self { dimensions, a, b, q, r, survival } = self;
-        Problem { dimensions: *dimensions, a, b, q, r, survival }
-    }
-
-    /// The recursion started anew from zero and run to its fixed point; `None` if it does not settle.
-    fn solve<'p, 'w>(&'p self, workspace: &'w mut [f64]) -> Option<Synthesis<'p, 'w, f64>> {
-        let mut synthesis = Synthesis::new(self.problem(), workspace).expect("slices of the right shape");
-        (0..4000).any(|_| synthesis.optimal_step() < 1e-13).then_some(synthesis)
-    }
-
-    /// The same with another link.
-    fn with_delays(mut self, delays: &[f64], loss: f64) -> Self {
-        arrival::survival(delays, loss, &mut self.survival);
-        self
-    }
-}
-
-/// `root root^T + floor I`.
-fn covariance(root: &[f64], size: usize, floor: f64) -> Vec<f64> {
-    let entry = |row: usize, column: usize| {
-        let product: f64 = (0..size).map(|k| root[row * size + k] * root[column * size + k]).sum();
-        product + if row == column { floor } else { 0.0 }
-    };
-    (0..size * size).map(|index| entry(index / size, index % size)).collect()
-}
-
-fn cases() -> impl Strategy<Value = Case> {
-    let numbers = |count| proptest::collection::vec(-1.0..1.0, count);
-    let weight = || prop_oneof![1 => Just(0u32), 3 => 1u32..100];
-    let link = (proptest::collection::vec(weight(), 1..7), 1u32..50);
-    let sizes = (1usize..=4, 1usize..=2, 1usize..=5, any::<bool>());
-    (sizes, numbers(16), numbers(8), numbers(16), numbers(4), link).prop_map(
-        |((states, inputs, length, hold), a, b, q, r, (weights, loss))| {
-            let default_input = if hold { DefaultInput::Hold } else { DefaultInput::Zero };
-            let mut survival = vec![0.0; length];
-            let delays: Vec<f64> = weights.iter().map(|weight| f64::from(*weight)).collect();
-            arrival::survival(&delays, f64::from(loss), &mut survival);
-            Case {
-                dimensions: Dimensions { states, inputs, length, default_input },
-                a: a[..states * states].to_vec(),
-                b: b[..states * inputs].to_vec(),
-                q: covariance(&q[..states * states], states, 0.1),
-                r: covariance(&r[..inputs * inputs], inputs, 0.2),
-                survival,
-            }
-        },
-    )
-}
-
-/// The same random cases in every run.
-fn some_cases(count: usize) -> Vec<Case> {
-    let mut runner = TestRunner::deterministic();
-    (0..count).map(|_| cases().new_tree(&mut runner).expect("nothing is filtered").current()).collect()
+/// The same with another link.
+fn with_delays(mut case: Case, delays: &[f64], loss: f64) -> Case {
+    arrival::survival(delays, loss, &mut case.survival);
+    case
 }
 
 fn workspace(dimensions: Dimensions) -> Vec<f64> {
@@ -173,7 +112,7 @@ fn gains_in<T: Scalar>(case: &Case, steps: usize) -> Vec<f64> {
 fn single_precision_agrees_with_double_precision() {
     for case in some_cases(200) {
         // Half of the packets arrive at once: every input is applied often enough to be known well.
-        let case = case.with_delays(&[0.5, 0.2, 0.1, 0.05, 0.05], 0.1);
+        let case = with_delays(case, &[0.5, 0.2, 0.1, 0.05, 0.05], 0.1);
         let difference = relative_difference(&gains_in::<f32>(&case, 30), &gains_in::<f64>(&case, 30));
         assert!(difference < 1e-3, "{difference:e}: {case:?}");
     }
@@ -184,7 +123,7 @@ fn one_input_over_a_perfect_link_is_the_linear_quadratic_regulator() {
     for mut case in some_cases(100) {
         case.dimensions.length = 1;
         case.survival = vec![0.0; 1];
-        let case = case.with_delays(&[1.0], 0.0);
+        let case = with_delays(case, &[1.0], 0.0);
         let mut workspace = workspace(case.dimensions);
         let Some(synthesis) = case.solve(&mut workspace) else { panic!("random plants are stabilisable") };
         let Dimensions { states: nx, inputs: nu, .. } = case.dimensions;
@@ -221,7 +160,7 @@ fn inputs_that_can_never_be_applied_have_exactly_zero_gain() {
     ];
     for case in some_cases(100) {
         for (delays, loss, idle) in links {
-            let case = case.clone().with_delays(delays, loss);
+            let case = with_delays(case.clone(), delays, loss);
             let mut workspace = workspace(case.dimensions);
             let mut synthesis =
                 Synthesis::new(case.problem(), &mut workspace).expect("slices of the right shape");
@@ -248,7 +187,7 @@ fn a_recursion_that_has_overflowed_never_looks_settled() {
     case.dimensions = Dimensions { states: 1, inputs: 1, length: 2, default_input: DefaultInput::Zero };
     case.survival = vec![0.0; 2];
     let case = Case { a: vec![2.0], b: vec![1.0], q: vec![1.0], r: vec![1.0], ..case };
-    let case = case.with_delays(&[0.1, 0.1], 0.8);
+    let case = with_delays(case, &[0.1, 0.1], 0.8);
     let mut workspace = workspace(case.dimensions);
     let mut synthesis = Synthesis::new(case.problem(), &mut workspace).expect("slices of the right shape");
     for step in 0..5000 {

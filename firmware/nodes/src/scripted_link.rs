@@ -37,6 +37,11 @@ impl ScriptedLink {
         }
     }
 
+    /// Lets a cycle pass without sending; the next frame meets what it would have met.
+    pub(crate) fn skip(&mut self) {
+        self.sent += 1;
+    }
+
     /// Frames that arrive in the current cycle; ends it.
     pub(crate) fn arrived(&mut self) -> Vec<Frame, PER_CYCLE> {
         let arrived = core::mem::take(&mut self.due[self.now % SLOTS]);

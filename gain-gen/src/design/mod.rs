@@ -4,30 +4,41 @@
 //! definite, and the plant can be stabilised and observed. Whether it can be stabilised *over this network* is
 //! a result of the synthesis, not a property of the file.
 //!
-//! One file per table (`plant`, `cost`, `network`, `controller`), the ideas they share beside them: places in
-//! the file (`document`, `syntax`), definiteness (`symmetric`), unstable modes (`modes`).
+//! One file per table (`plant`, `cost`, `network`, `controller`, `tracking` with its `reference` and `set_point`,
+//! `event`), the ideas they share beside them: places in the file (`document`, `syntax`), definiteness (`symmetric`),
+//! unstable modes (`modes`), states that a constant input holds (`equilibrium`).
 
 mod controller;
 mod cost;
 mod distribution;
 mod document;
+mod equilibrium;
 mod error;
+mod event;
 pub(crate) mod modes;
 mod network;
 mod plant;
+mod reference;
+mod set_point;
 mod symmetric;
 mod syntax;
+mod tracking;
 
 pub use controller::{ControllerSettings, DeviceScalar, LONGEST_SEQUENCE};
 pub use cost::Cost;
 pub use distribution::{DelayDistribution, DistributionError};
 pub use error::DesignError;
+pub use event::Event;
 pub use network::{Acknowledgement, Network};
 pub use plant::Plant;
+pub use reference::{Interpolation, Reference};
+pub use set_point::SetPoint;
+pub use tracking::{Goal, Preview, Tracking, Trajectory};
 
 use document::{Document, Section};
 use std::path::Path;
 use toml::de::DeTable;
+use tracking::TrackedOutputs;
 
 /// A complete, checked design.
 #[derive(Debug, Clone, PartialEq)]
@@ -42,6 +53,10 @@ pub struct Design {
     pub network: Network,
     /// Settings of controller and actuator node.
     pub controller: ControllerSettings,
+    /// What follows a reference; `None`: the state is to be 0.
+    pub tracking: Option<Tracking>,
+    /// What a control packet costs; `None`: one is sent in every cycle.
+    pub event: Option<Event>,
 }
 
 impl Design {
@@ -72,18 +87,23 @@ impl Design {
     pub fn parse(text: &str, origin: &str) -> Result<Self, DesignError> {
         let document = Document { origin, text };
         let table = DeTable::parse(text).map_err(|error| syntax::rejected(document, &error))?;
-        let root =
-            Section::root(document, table.get_ref(), &["name", "plant", "cost", "network", "controller"])?;
+        let keys = ["name", "plant", "cost", "network", "controller", "tracking", "event"];
+        let root = Section::root(document, table.get_ref(), &keys)?;
         let name = root.required("name", "a name, such as \"pendulum\"")?;
         if name.text()?.trim().is_empty() {
             return Err(name.reject("found an empty name".into()));
         }
         let (plant, unstable) = Plant::read(&root)?;
-        let cost = Cost::read(&root, &plant, &unstable)?;
+        let outputs = TrackedOutputs::read(&root, &plant)?;
+        let tracked = outputs.as_ref().map(|outputs| &outputs.z);
+        let (cost, weights) = Cost::read(&root, &plant, &unstable, tracked)?;
+        let tracking = outputs.map(|outputs| outputs.finish(&plant, weights, &cost.r)).transpose()?;
         let network = Network::read(&root)?;
         let (controller, tolerance) =
             ControllerSettings::read(&root, plant.inputs(), &network.sensor_to_controller)?;
-        let mut design = Design { name: name.text()?.into(), plant, cost, network, controller };
+        let event = Event::read(&root)?;
+        let mut design =
+            Design { name: name.text()?.into(), plant, cost, network, controller, tracking, event };
         if let Some(tolerance) = tolerance {
             design.choose_length(tolerance);
         }

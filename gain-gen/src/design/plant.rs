@@ -80,13 +80,13 @@ impl Plant {
 
         let semidefinite = |key: &str, meaning: &'static str| {
             let field = plant.required(key, meaning)?;
-            symmetric(&field, states, &size, Definiteness::Semidefinite, "")
+            symmetric(&field, states, &format!("the plant has {size}"), Definiteness::Semidefinite, "")
         };
         let process_noise = semidefinite("process_noise", "W, the covariance per step, nx x nx")?;
         let measurement_noise = symmetric(
             &plant.required("measurement_noise", "V, the covariance of the measurement noise, ny x ny")?,
             outputs,
-            &counted(outputs, "output"),
+            &format!("the plant has {}", counted(outputs, "output")),
             Definiteness::Positive,
             "give a perfect sensor a small positive variance",
         )?;

@@ -20,12 +20,12 @@ const POSITIVE: f64 = 1e-12;
 
 /// Reads a symmetric `size` x `size` matrix and makes it exactly symmetric.
 ///
-/// `counted` names the size (`3 states`), `advice` ends the message if the matrix is not as definite as asked.
+/// `against` says what the size must fit (`the plant has 3 states`), `advice` ends the message if the matrix is not as definite as asked.
 /// Errors: another shape, not symmetric, not positive (semi)definite.
 pub(super) fn symmetric(
     field: &Field<'_>,
     size: usize,
-    counted: &str,
+    against: &str,
     definiteness: Definiteness,
     advice: &str,
 ) -> Result<DMatrix<f64>, DesignError> {
@@ -37,8 +37,7 @@ pub(super) fn symmetric(
     let matrix = field.matrix()?;
     let (rows, columns) = matrix.shape();
     if (rows, columns) != (size, size) {
-        return Err(field
-            .reject_with(format!("found a {rows}x{columns} matrix, but the plant has {counted}"), wanted));
+        return Err(field.reject_with(format!("found a {rows}x{columns} matrix, but {against}"), wanted));
     }
     let largest = matrix.amax();
     for (i, j) in (0..size).flat_map(|i| (0..i).map(move |j| (i, j))) {

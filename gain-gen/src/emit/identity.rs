@@ -7,8 +7,9 @@ use crate::design::{Acknowledgement, DelayDistribution, Design};
 use nalgebra::DMatrix;
 use slqg::blob::DesignId;
 
-/// The id of `design`: of its name, plant, cost and network.
+/// The id of `design`: of its name, plant, cost and network, which its law follows from.
 ///
+/// What `[tracking]` and `[event]` add to the law does not count: what carries the law alone is not written for them.
 /// Settings of the controller do not count; how long sequences are, the default input and the scalar stand beside the
 /// id in whatever carries it.
 pub fn design_id(design: &Design) -> DesignId {

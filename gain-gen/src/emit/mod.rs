@@ -3,23 +3,23 @@
 //! What is written depends on the design and the name of the file alone: no date, no path, no name of a machine.
 //! Only stable loops and tasks of finite length are written, and files are replaced only by complete new ones.
 //!
-//! One file per format (`rust`, `c`, `json`, `blob`), and one for what differs in a task of finite length (`task`); `literal` spells numbers, `identity` says which design they
-//! belong to, `files` puts them on the disk.
+//! One module per format (`rust`, `c`, `json`, `blob`); `error` says why nothing is written, `literal` spells numbers,
+//! `identity` says which design they belong to, `files` puts them on the disk.
 
 mod blob;
 mod c;
+mod error;
 mod files;
 mod identity;
 mod json;
 mod literal;
 mod rust;
-mod task;
 
+pub use error::EmitError;
 pub use files::{File, WriteError, write, write_all};
 pub use identity::design_id;
 
-use crate::report::{NotStabilised, Report};
-use slqg::blob::EncodeError;
+use crate::report::Report;
 use std::path::Path;
 
 /// A format that is one text.
@@ -29,43 +29,6 @@ pub enum Format {
     Rust,
     /// The report's JSON with the plant's model and the settings of both nodes.
     Json,
-}
-
-/// Why a design is not written.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum EmitError {
-    /// The loop is not shown to be stable.
-    #[error(transparent)]
-    NotStabilised(#[from] NotStabilised),
-    /// A number is beyond what the device's scalar can hold.
-    #[error("{table}: found {value}, which {scalar} cannot hold; {advice}")]
-    OutOfRange {
-        /// The table with the number.
-        table: &'static str,
-        /// The number.
-        value: f64,
-        /// The scalar's name.
-        scalar: &'static str,
-        /// What to do.
-        advice: &'static str,
-    },
-    /// The law is beyond what a blob can hold.
-    #[error("blob: {0}")]
-    Blob(EncodeError),
-    /// Time-varying gains have no such format.
-    #[error("--horizon: time-varying gains are written as rust or json, not as {format}")]
-    TimeVarying {
-        /// The format asked for.
-        format: &'static str,
-    },
-    /// C needs a header by that name.
-    #[error("--output: found {path:?} for C; {advice}")]
-    HeaderName {
-        /// The file named.
-        path: String,
-        /// What to do.
-        advice: String,
-    },
 }
 
 /// The text of `report` in `format`. `origin` is the name of the design file, without folders.
@@ -80,9 +43,27 @@ pub fn emit(report: &Report, origin: &str, format: Format) -> Result<String, Emi
     }
 }
 
-/// A loop that runs for ever must be stable; a task that ends need not.
-fn writable(report: &Report) -> Result<(), NotStabilised> {
-    if report.task.is_some() { Ok(()) } else { report.require_stable() }
+/// A loop that runs for ever must be stable and know its preview; a task that ends needs neither.
+fn writable(report: &Report) -> Result<(), EmitError> {
+    if report.task.is_none() {
+        report.require_stable()?;
+        report.require_preview()?;
+    }
+    Ok(())
+}
+
+/// Whether a format that carries one law and nothing else carries all of the design.
+fn law_alone(report: &Report, format: &'static str) -> Result<(), EmitError> {
+    if report.design.tracking.is_some() {
+        return Err(EmitError::LawAlone { key: "tracking", format, missing: "the feedforward" });
+    }
+    if report.design.event.is_some() {
+        return Err(EmitError::LawAlone { key: "event", format, missing: "the decision whether to send" });
+    }
+    match report.task {
+        None => Ok(()),
+        Some(_) => Err(EmitError::TimeVarying { format }),
+    }
 }
 
 /// What to write, and where.
@@ -118,23 +99,19 @@ impl<'p> Output<'p> {
     /// The files for `report`, to be written together. `origin` is the name of the design file, without folders.
     ///
     /// # Errors
-    /// The loop is not stable, or a number does not fit the device's scalar.
+    /// The loop is not stable, a number does not fit the device's scalar, or the format does not carry all of the design.
     pub fn files(&self, report: &Report, origin: &str) -> Result<Vec<File>, EmitError> {
         writable(report)?;
-        let steady = |format| match report.task {
-            None => Ok(()),
-            Some(_) => Err(EmitError::TimeVarying { format }),
-        };
         Ok(match &self.0 {
             Kind::Text(format, path) => {
                 vec![File { path: path.into(), content: emit(report, origin, *format)?.into() }]
             }
             Kind::C(names) => {
-                steady("c")?;
+                law_alone(report, "c")?;
                 c::files(report, origin, names)?.into()
             }
             Kind::Blob(path) => {
-                steady("blob")?;
+                law_alone(report, "blob")?;
                 vec![File { path: path.into(), content: blob::bytes(report)? }]
             }
         })

@@ -1,9 +1,11 @@
-//! Which condition for stability fails, with its figures and what would mend it.
+//! Which condition for stability fails, with its figures and what would mend it, and the error that says so.
 
 use super::figure::figure;
+use super::{Verdict, default_input_name};
 use crate::design::Design;
 use crate::solve::{LoopProblem, Outcome, Solution};
 use crate::stability;
+use slqg::DefaultInput;
 
 /// A condition for stability that does not hold. `Display` is a sentence with the figures and a way out.
 #[derive(Debug, Clone, PartialEq)]
@@ -112,4 +114,29 @@ pub(super) fn failed(
         shortest: (0..=link.largest_delay()).find(|&steps| !stability::loses_sight(plant, link, steps)),
     });
     control.into_iter().chain(estimation).collect()
+}
+
+/// A loop that is not shown to be stable cannot be built.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error(
+    "{name:?} with N = {length} and default input {} {}: {}",
+    default_input_name(*default_input),
+    match verdict { Verdict::Undecided => "is undecided", _ => "cannot be stabilised" },
+    spelled(conditions)
+)]
+pub struct NotStabilised {
+    /// Name of the design.
+    pub name: String,
+    /// Inputs per sequence, `N`.
+    pub length: usize,
+    /// What the actuator applies when its buffer has run out.
+    pub default_input: DefaultInput,
+    /// Unstable or undecided.
+    pub verdict: Verdict,
+    /// Why; not empty.
+    pub conditions: Vec<FailedCondition>,
+}
+
+fn spelled(conditions: &[FailedCondition]) -> String {
+    conditions.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n  ")
 }

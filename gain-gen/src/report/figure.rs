@@ -42,7 +42,7 @@ pub(super) fn duration(value: f64) -> String {
 }
 
 /// A share as a percentage; a small one keeps its digits.
-pub(super) fn percent(share: f64) -> String {
+pub(crate) fn percent(share: f64) -> String {
     let percent = 100.0 * share;
     if share == 0.0 || share >= 1e-4 { format!("{percent:.2} %") } else { format!("{percent:.1e} %") }
 }

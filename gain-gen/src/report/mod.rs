@@ -1,27 +1,32 @@
 //! What a design comes to: gains, the stability verdict and the figures behind it.
 //!
 //! [`Report`] holds them all; `text` and `json` only write them down, and so does [`crate::emit`].
-//! `condition` says which condition for stability fails, `figure` how numbers are spelled for people.
+//! `condition` says which condition for stability fails, `task` what a task of finite length adds, `names` how things are
+//! called in files, `figure` how numbers are spelled for people.
 
 mod condition;
 mod figure;
 mod json;
+mod names;
+mod task;
 mod text;
 
 use crate::certificate::{Certificate, NotCertified, certify};
-use crate::design::{Design, DeviceScalar};
+use crate::design::Design;
 use crate::estimation::Estimation;
 use crate::margins::{Margins, margins};
 use crate::solve::{
-    FiniteHorizon, LoopProblem, Method, Outcome, Solution, age_transitions, finite_horizon, solve,
+    FiniteHorizon, LoopProblem, Method, Outcome, PreviewGains, PreviewTooLong, Solution, TriggerTables,
+    age_transitions, solve, trigger_tables,
 };
 use crate::stability;
 use nalgebra::DMatrix;
-use slqg::DefaultInput;
 
-pub use condition::FailedCondition;
-pub(crate) use figure::{counted, figure, grouped};
-pub(crate) use json::{Document, line_per_field, rows};
+pub use condition::{FailedCondition, NotStabilised};
+pub(crate) use figure::{counted, figure, grouped, percent};
+pub(crate) use json::{Document, line_per_field, rows, triangles};
+pub(crate) use names::{default_input_name, scalar_name};
+pub use task::{LONGEST_TASK, NoTask};
 
 /// Whether the closed loop is mean-square stable with the optimal gains.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -70,6 +75,10 @@ pub struct Report {
     pub n_crit: Option<usize>,
     /// The estimator, and what the loop costs with it.
     pub estimation: Estimation,
+    /// What a reference adds to the law; `None` if the design follows none, or no steady state was found.
+    pub preview: Option<Result<PreviewGains, PreviewTooLong>>,
+    /// What sending a packet is worth; `None` if the design sends in every cycle, or no steady state was found.
+    pub trigger: Option<TriggerTables>,
     /// Time-varying gains for a task of finite length; `None` before [`Report::find_task`].
     pub task: Option<FiniteHorizon>,
     /// Distances to instability; `None` before [`Report::find_margins`] and for a loop that is not stable.
@@ -81,13 +90,19 @@ pub struct Report {
 impl Report {
     /// Solves the design with `method` and judges the outcome.
     ///
-    /// The shortest lengths are looked for with the in-flight recursion whatever the method; it is the fast one.
+    /// The shortest lengths are looked for with the in-flight recursion whatever the method; it is the fast one. Preview
+    /// gains and the event trigger come from it too: the coupled one has no such form of them.
     pub fn new(design: &Design, method: Method) -> Self {
         let problem = LoopProblem::of(design);
         let solution = solve(&problem, method);
         let n_min = stability::shortest_admissible_length(&problem);
         let n_crit = stability::critical_length(&problem);
+        let needs_more = method == Method::Coupled && (design.tracking.is_some() || design.event.is_some());
+        let in_flight = needs_more.then(|| solve(&problem, Method::InFlight));
+        let steady = in_flight.as_ref().unwrap_or(&solution);
         Self {
+            preview: PreviewGains::of(design, steady),
+            trigger: design.event.and_then(|_| trigger_tables(&problem, steady)),
             failed_conditions: condition::failed(design, &problem, &solution, n_crit),
             transition_matrix: age_transitions(&problem.link, problem.length),
             open_loop_modulus: stability::open_loop_modulus(&problem.a),
@@ -107,19 +122,6 @@ impl Report {
             margins: None,
             certificate: None,
         }
-    }
-
-    /// Adds the gains of a task of `cycles` cycles, at least one, that ends with the terminal weight.
-    pub fn find_task(&mut self, cycles: usize) {
-        let problem = LoopProblem::of(&self.design);
-        self.task = Some(finite_horizon(&problem, &self.design.cost.terminal, cycles));
-    }
-
-    /// Expected cost of the task with the state known; `None` before [`Report::find_task`].
-    pub fn task_cost(&self) -> Option<f64> {
-        let plant = &self.design.plant;
-        let task = self.task.as_ref()?;
-        Some(task.control_cost(&plant.initial_mean, &plant.initial_covariance, &plant.process_noise))
     }
 
     /// Adds the margins if the verdict is [`Verdict::Stable`]. Dense: slow for long sequences.
@@ -172,6 +174,23 @@ impl Report {
         })
     }
 
+    /// Nothing if the design follows no reference or its preview gains were found, otherwise why they were not.
+    ///
+    /// # Errors
+    /// The preview that the design asks for is too long.
+    pub fn require_preview(&self) -> Result<(), PreviewTooLong> {
+        match self.preview {
+            Some(Err(too_long)) => Err(too_long),
+            Some(Ok(_)) | None => Ok(()),
+        }
+    }
+
+    /// Numbers of the preview gains that the device needs: an event trigger needs more of them.
+    pub fn preview_floats(&self) -> Option<usize> {
+        let gains = self.preview.as_ref()?.as_ref().ok()?;
+        Some(if self.trigger.is_some() { gains.floats() } else { gains.sequence.len() })
+    }
+
     /// Long-run average cost per step with the state known, `tr(P W)`; infinite if the recursion did not converge.
     pub fn control_cost(&self) -> f64 {
         match self.solution.outcome {
@@ -189,46 +208,5 @@ impl Report {
     /// Expected inputs that the law takes, `n_v`.
     pub fn in_flight(&self) -> usize {
         self.solution.law.default_input.in_flight(self.solution.law.length)
-    }
-}
-
-/// A loop that is not shown to be stable cannot be built.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[error(
-    "{name:?} with N = {length} and default input {} {}: {}",
-    default_input_name(*default_input),
-    match verdict { Verdict::Undecided => "is undecided", _ => "cannot be stabilised" },
-    spelled(conditions)
-)]
-pub struct NotStabilised {
-    /// Name of the design.
-    pub name: String,
-    /// Inputs per sequence, `N`.
-    pub length: usize,
-    /// What the actuator applies when its buffer has run out.
-    pub default_input: DefaultInput,
-    /// Unstable or undecided.
-    pub verdict: Verdict,
-    /// Why; not empty.
-    pub conditions: Vec<FailedCondition>,
-}
-
-fn spelled(conditions: &[FailedCondition]) -> String {
-    conditions.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n  ")
-}
-
-/// As in design files, on the command line and in JSON.
-pub(crate) const fn default_input_name(default_input: DefaultInput) -> &'static str {
-    match default_input {
-        DefaultInput::Zero => "zero",
-        DefaultInput::Hold => "hold",
-    }
-}
-
-/// As in design files and in Rust.
-pub(crate) const fn scalar_name(scalar: DeviceScalar) -> &'static str {
-    match scalar {
-        DeviceScalar::F32 => "f32",
-        DeviceScalar::F64 => "f64",
     }
 }

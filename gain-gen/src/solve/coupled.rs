@@ -6,27 +6,31 @@
 use super::{
     LoopProblem, Solution, age_transitions,
     closed_loop::{ClosedLoop, expect},
-    iterate::{Recursion, iterate},
+    iterate::{Ending, Recursion, iterate},
     law::{Law, mode_weights},
     modes::{Mode, modes},
+    tracking::Tracked,
 };
 use crate::stability;
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 use slqg::synthesis;
 
-struct CoupledRecursion {
+pub(super) struct CoupledRecursion {
     modes: Vec<Mode>,
-    transitions: DMatrix<f64>,
+    /// Of the age, `(N+1) x (N+1)`; may be another one in each step.
+    pub(super) transitions: DMatrix<f64>,
     states: usize,
     /// `K(i)`, thesis (3.32).
-    cost_to_go: Vec<DMatrix<f64>>,
+    pub(super) cost_to_go: Vec<DMatrix<f64>>,
     /// `L(i)`, thesis (3.31).
-    gains: Vec<DMatrix<f64>>,
+    pub(super) gains: Vec<DMatrix<f64>>,
+    /// `E[R-hat + B-hat^T K B-hat | i]` of the last step.
+    sequence_cost: Vec<DMatrix<f64>>,
 }
 
 impl CoupledRecursion {
     /// `state_terminal`: cost of the state where the recursion starts, `nx x nx`.
-    fn new(problem: &LoopProblem, state_terminal: &DMatrix<f64>) -> Self {
+    pub(super) fn new(problem: &LoopProblem, state_terminal: &DMatrix<f64>) -> Self {
         let modes = modes(problem);
         let size = modes[0].a.nrows();
         let mut terminal = DMatrix::zeros(size, size);
@@ -36,6 +40,7 @@ impl CoupledRecursion {
             states: problem.a.nrows(),
             cost_to_go: vec![terminal; modes.len()],
             gains: modes.iter().map(|mode| DMatrix::zeros(mode.b.ncols(), size)).collect(),
+            sequence_cost: Vec::new(),
             modes,
         }
     }
@@ -55,14 +60,14 @@ impl Recursion for CoupledRecursion {
             self.modes.iter().zip(&parts).map(|(mode, part)| &mode.r + &part.sequence).collect();
         let (mut difference, mut size) = (0.0, 0.0);
         let mut next = Vec::with_capacity(self.modes.len());
+        self.sequence_cost.clear();
         for from in 0..self.modes.len() {
             let quadratic = expect(&self.transitions, from, sequence_cost.iter());
             let linear = expect(&self.transitions, from, parts.iter().map(|part| &part.coupling));
             let mut gain = -&linear;
-            let rows = quadratic.nrows();
-            let mut workspace = vec![0.0; synthesis::semidefinite_workspace_len(rows)];
-            synthesis::SemidefiniteFactor::new(quadratic.as_slice(), rows, &mut workspace)
-                .solve(gain.as_mut_slice(), linear.nrows());
+            // Column-major it is the transposed right side that the solve takes by rows.
+            solve_semidefinite(&quadratic, gain.as_mut_slice(), linear.nrows());
+            self.sequence_cost.push(quadratic);
             let value = expect(&self.transitions, from, state_cost.iter()) + &linear * gain.transpose();
             let value = (&value + value.transpose()) * 0.5;
             difference += (&value - &self.cost_to_go[from]).abs().sum();
@@ -92,9 +97,15 @@ impl Recursion for CoupledRecursion {
     }
 }
 
-pub(super) fn solve(problem: &LoopProblem) -> Solution {
+/// The recursion at its fixed point, and how it got there.
+pub(super) fn settle(problem: &LoopProblem) -> (CoupledRecursion, Ending) {
     let mut recursion = CoupledRecursion::new(problem, &problem.q);
     let ending = iterate(&mut recursion, problem.stage_cost_scale(), stability::runs_dry(problem));
+    (recursion, ending)
+}
+
+pub(super) fn solve(problem: &LoopProblem) -> Solution {
+    let (recursion, ending) = settle(problem);
     let states = recursion.states;
     Solution {
         outcome: ending.outcome,
@@ -105,6 +116,7 @@ pub(super) fn solve(problem: &LoopProblem) -> Solution {
         law: in_flight_form(problem, &recursion.gains),
         cost_to_go: recursion.cost_to_go[0].view((0, 0), (states, states)).into_owned(),
         coupled_gains: Some(recursion.gains),
+        value: None,
     }
 }
 
@@ -124,6 +136,61 @@ pub fn finite_horizon_reference(
     gains.reverse();
     let states = recursion.states;
     (gains, recursion.cost_to_go[0].view((0, 0), (states, states)).into_owned())
+}
+
+/// Replaces `rhs`, of `columns` columns by rows, by `matrix^# rhs`.
+fn solve_semidefinite(matrix: &DMatrix<f64>, rhs: &mut [f64], columns: usize) {
+    let rows = matrix.nrows();
+    let mut workspace = vec![0.0; synthesis::semidefinite_workspace_len(rows)];
+    synthesis::SemidefiniteFactor::new(matrix.as_slice(), rows, &mut workspace).solve(rhs, columns);
+}
+
+/// Thesis Theorem 4.1 for a task whose output follows `reference`, `z_k` for `k = 0..=K`: for each cycle `Uff` of (4.6), with
+/// its sign mended, in every mode; and `sigma_0`, `s_0` of (4.9) and (4.13) for an actuator whose buffer is empty.
+pub fn tracking_reference(
+    problem: &LoopProblem,
+    tracked: &Tracked,
+    reference: &[DVector<f64>],
+) -> (Vec<Vec<DVector<f64>>>, DVector<f64>, f64) {
+    let terminal = tracked.z.tr_mul(&(&tracked.terminal_weight * &tracked.z));
+    let mut recursion = CoupledRecursion::new(problem, &terminal);
+    let (count, size) = (recursion.modes.len(), recursion.modes[0].a.nrows());
+    let weighted = |weight: &DMatrix<f64>, z: &DVector<f64>| {
+        let mut sigma = DVector::zeros(size);
+        sigma.rows_mut(0, terminal.nrows()).copy_from(&tracked.z.tr_mul(&(weight * z)));
+        (sigma, z.dot(&(weight * z)))
+    };
+    let (last, before) = reference.split_last().expect("a task has an end");
+    let (sigma, constant) = weighted(&tracked.terminal_weight, last);
+    let (mut sigmas, mut constants) = (vec![sigma; count], vec![constant; count]);
+    let mut feedforward = Vec::with_capacity(before.len());
+    for z in before.iter().rev() {
+        recursion.step();
+        let (stage, stage_constant) = weighted(&tracked.weight, z);
+        let mut chosen = Vec::with_capacity(count);
+        let (mut next_sigmas, mut next_constants) = (Vec::with_capacity(count), Vec::with_capacity(count));
+        for from in 0..count {
+            let mut passed_on = stage.clone();
+            let mut on_sequence = DVector::zeros(recursion.gains[from].nrows());
+            let mut constant = stage_constant;
+            for (to, mode) in recursion.modes.iter().enumerate() {
+                let probability = recursion.transitions[(from, to)];
+                passed_on += mode.a.tr_mul(&sigmas[to]) * probability;
+                on_sequence += mode.b.tr_mul(&sigmas[to]) * probability;
+                constant += constants[to] * probability;
+            }
+            let mut input = on_sequence.clone();
+            solve_semidefinite(&recursion.sequence_cost[from], input.as_mut_slice(), 1);
+            next_sigmas.push(passed_on + recursion.gains[from].tr_mul(&on_sequence));
+            next_constants.push(constant - on_sequence.dot(&input));
+            chosen.push(input);
+        }
+        (sigmas, constants) = (next_sigmas, next_constants);
+        feedforward.push(chosen);
+    }
+    feedforward.reverse();
+    let empty = count - 1;
+    (feedforward, sigmas[empty].rows(0, terminal.nrows()).into_owned(), constants[empty])
 }
 
 /// The one `(Lx, M)` that explains the gains of all modes: `L(i) = [Lx, M V(i)]` (THEORY 3), by least squares.

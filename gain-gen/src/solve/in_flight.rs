@@ -51,13 +51,24 @@ impl Flat {
         }
     }
 
+    /// The core's recursion at the fixed point `value`, after one more step: gains, expected costs and cost-to-go belong
+    /// together.
+    pub(super) fn at<R>(&self, value: &[f64], work: impl FnOnce(&mut Synthesis<'_, '_, f64>) -> R) -> R {
+        let mut workspace = vec![0.0; self.dimensions.workspace_len()];
+        let mut synthesis = self.synthesis(&mut workspace);
+        synthesis.value_mut().copy_from_slice(value);
+        synthesis.optimal_step();
+        work(&mut synthesis)
+    }
+
     /// The core's recursion for this problem; `workspace` must be of its dimensions' length.
     pub(super) fn synthesis<'w>(&self, workspace: &'w mut [f64]) -> Synthesis<'_, 'w, f64> {
         synthesis(self.problem(), workspace)
     }
 }
 
-fn row_major(matrix: &DMatrix<f64>) -> Vec<f64> {
+/// A matrix as the core takes it.
+pub(super) fn row_major(matrix: &DMatrix<f64>) -> Vec<f64> {
     matrix.transpose().as_slice().to_vec()
 }
 
@@ -152,6 +163,7 @@ pub(super) fn solve(problem: &LoopProblem) -> Solution {
         residual: ending.residual,
         mean_square_rate: ending.mean_square_rate,
         coupled_gains: None,
+        value: Some(recursion.synthesis.value().to_vec()),
         law,
         cost_to_go: DMatrix::from_row_slice(states, states, recursion.synthesis.cost_to_go()),
     }

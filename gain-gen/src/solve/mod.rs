@@ -7,6 +7,9 @@
 //! | `modes` | the thesis' model of the loop, one set of matrices for each age of the buffer |
 //! | `closed_loop` | that model with given gains: evolution of second moments |
 //! | `finite_horizon` | time-varying gains for a task that ends |
+//! | `tracking` | what a reference adds: preview gains, set points, the feedforward of a task |
+//! | `trigger` | what sending a packet is worth, as tables |
+//! | `rollout` | the same worth from the thesis' matrices for one history of decisions: the reference |
 //! | `iterate` | when an iteration has converged, and when it never will; the same for both |
 //! | `krylov` | Arnoldi's process, on which the next two stand |
 //! | `spectral` | spectral radius of a linear map: the mean-square rate |
@@ -28,7 +31,10 @@ mod krylov;
 mod law;
 mod modes;
 mod packing;
+mod rollout;
 mod spectral;
+mod tracking;
+mod trigger;
 
 use crate::design::{DelayDistribution, Design};
 use nalgebra::DMatrix;
@@ -38,13 +44,18 @@ use std::borrow::Cow;
 pub use age_chain::age_transitions;
 pub(crate) use closed_loop::ClosedLoop;
 pub use closed_loop::mean_square_rate;
-pub use coupled::finite_horizon_reference;
+pub use coupled::{finite_horizon_reference, tracking_reference};
 pub(crate) use evaluation::solve_correction;
-pub use finite_horizon::{FiniteHorizon, finite_horizon};
+pub use finite_horizon::{FiniteHorizon, finite_horizon, tracking_task};
 pub use iterate::Outcome;
 pub use law::{Law, mode_weights};
 pub(crate) use modes::{Mode, modes};
+pub use rollout::{Rollout, Situation};
 pub(crate) use spectral::modulus;
+pub use tracking::{
+    LONGEST_PREVIEW, PreviewGains, PreviewTooLong, Tracked, TrackedTask, preview_gains, set_point_gains,
+};
+pub use trigger::{TriggerTables, trigger_tables};
 
 /// Which recursion computes the gains.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -142,6 +153,8 @@ pub struct Solution {
     pub law: Law,
     /// Gains per mode as the coupled recursion found them; the in-flight one needs none.
     coupled_gains: Option<Vec<DMatrix<f64>>>,
+    /// The whole cost-to-go `(P, S, Y, N_t)` as the core lays it out; the coupled recursion has none.
+    value: Option<Vec<f64>>,
     /// `P`, `nx x nx`.
     pub cost_to_go: DMatrix<f64>,
 }

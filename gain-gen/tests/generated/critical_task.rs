@@ -221,6 +221,8 @@ pub static DESIGN: slqg::controller::Design<'static, Scalar, STATES, INPUTS, OUT
         model: &MODEL,
         actuator: ACTUATOR,
         measurement_buffer: MEASUREMENT_BUFFER,
+        preview: None,
+        trigger: None,
     };
 
 /// A controller with room for this design.

@@ -10,6 +10,7 @@ pub use report::report;
 pub use table::table;
 
 use crate::monte_carlo::{Outcome, Plan, Summary};
+use gain_gen::design::Goal;
 use serde::Serialize;
 
 /// Everything one `host-sim run` simulated.
@@ -19,10 +20,28 @@ pub struct Simulation<'a> {
     pub name: &'a str,
     /// Seconds per cycle.
     pub sample_time: f64,
+    /// What is tracked, if anything.
+    pub goal: Option<&'a Goal>,
     /// How much was simulated.
     pub plan: Plan,
     /// One outcome per controller.
     pub outcomes: Vec<Outcome>,
+}
+
+impl Simulation<'_> {
+    /// Whether packets have a price.
+    fn is_priced(&self) -> bool {
+        self.outcomes.iter().any(|outcome| outcome.summary.mean_total_cost.is_some())
+    }
+
+    /// What a cycle costs, as a formula.
+    fn stage_cost(&self) -> &'static str {
+        match self.goal {
+            None => "x'Qx + u'Ru",
+            Some(Goal::Trajectory(_)) => "(z-ref)'Q(z-ref) + u'Ru",
+            Some(Goal::SetPoint(_)) => "(z-ref)'Q(z-ref) + (u-u_ref)'R(u-u_ref)",
+        }
+    }
 }
 
 #[derive(Serialize)]

@@ -5,7 +5,6 @@ use super::{
     charts::{Series, distribution, points, trajectory},
     table::figure,
 };
-use crate::monte_carlo::Outcome;
 use std::fmt::Write;
 
 const STYLE: &str = "\
@@ -33,7 +32,7 @@ pub fn report(simulation: &Simulation<'_>) -> String {
         plan.steps as f64 * simulation.sample_time,
         plan.seed
     );
-    results(&mut html, &simulation.outcomes);
+    results(&mut html, simulation);
     html.push_str("<h2>Cost of a run</h2>\n");
     let costs: Vec<_> = simulation
         .outcomes
@@ -48,16 +47,19 @@ pub fn report(simulation: &Simulation<'_>) -> String {
     html
 }
 
-fn results(html: &mut String, outcomes: &[Outcome]) {
-    html.push_str(
+fn results(html: &mut String, simulation: &Simulation<'_>) {
+    let is_priced = simulation.is_priced();
+    let priced = if is_priced { "<th>with sending</th><th>standard error</th>" } else { "" };
+    let _ = writeln!(
+        html,
         "<h2>Results</h2>\n<div class=\"scroll\"><table><tr><th>controller</th><th>N</th><th>mean cost</th>\
-         <th>standard error</th><th>median</th><th>95 % below</th><th>diverged</th><th>sent</th><th>mean age</th></tr>\n",
+         <th>standard error</th><th>median</th><th>95 % below</th><th>diverged</th><th>sent</th><th>mean age</th>{priced}</tr>"
     );
-    for outcome in outcomes {
+    for outcome in &simulation.outcomes {
         let result = &outcome.summary;
         let _ = writeln!(
             html,
-            "<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{:.1} %</td><td>{:.2}</td></tr>",
+            "<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{:.1} %</td><td>{:.2}</td>{}</tr>",
             result.controller,
             result.sequence_length,
             figure(result.mean_cost),
@@ -66,12 +68,23 @@ fn results(html: &mut String, outcomes: &[Outcome]) {
             figure(result.p95_cost),
             result.diverged,
             100.0 * result.send_rate,
-            result.mean_input_age
+            result.mean_input_age,
+            if is_priced {
+                format!(
+                    "<td>{}</td><td>{}</td>",
+                    figure(result.mean_total_cost),
+                    figure(result.total_std_error)
+                )
+            } else {
+                String::new()
+            }
         );
     }
-    html.push_str(
-        "</table></div>\n<p>Cost is the sum of x&#8217;Qx + u&#8217;Ru over a run, terminal term included. Age is that of the \
-         applied input, in steps; an empty buffer counts as N.</p>\n",
+    let _ = write!(
+        html,
+        "</table></div>\n<p>Cost is the sum of {} over a run, terminal term included. Age is that of the applied input, in \
+         steps; an empty buffer counts as N.</p>\n",
+        simulation.stage_cost().replace('\'', "&#8217;")
     );
 }
 
@@ -88,6 +101,15 @@ fn trajectories(html: &mut String, simulation: &Simulation<'_>) {
             })
             .collect()
     };
+    for output in 0..first.tracked.len() {
+        let mut lines = series(&|cycle| cycle.tracked[output].0);
+        // The reference is the same for all.
+        let reference = points(&simulation.outcomes[0].first_run, simulation.sample_time, |cycle| {
+            cycle.tracked[output].1
+        });
+        lines.push(Series { name: "reference", points: reference });
+        picture(html, &trajectory(&format!("tracked output {}", output + 1), &lines), "");
+    }
     for state in 0..first.state.len() {
         let lines = series(&|cycle| cycle.state[state]);
         picture(html, &trajectory(&format!("state {}", state + 1), &lines), "");

@@ -1,33 +1,31 @@
 //! The table on the terminal.
 
 use super::Simulation;
+use crate::monte_carlo::Summary;
 use std::fmt::Write;
+
+const COLUMNS: [&str; 9] =
+    ["controller", "N", "mean cost", "std error", "median", "p95", "diverged", "sent", "mean age"];
+/// Where packets have a price.
+const PRICED: [&str; 2] = ["with sending", "std error"];
 
 /// The simulation as a table for people.
 pub fn table(simulation: &Simulation<'_>) -> String {
     let plan = simulation.plan;
     let seconds = plan.steps as f64 * simulation.sample_time;
     let mut text = format!(
-        "{}: {} runs of {} steps ({seconds} s), seed {}\nCost is the sum of x'Qx + u'Ru over a run, terminal term included.\n\n",
-        simulation.name, plan.runs, plan.steps, plan.seed
+        "{}: {} runs of {} steps ({seconds} s), seed {}\nCost is the sum of {} over a run, terminal term included.\n\n",
+        simulation.name,
+        plan.runs,
+        plan.steps,
+        plan.seed,
+        simulation.stage_cost()
     );
+    let is_priced = simulation.is_priced();
     let header =
-        ["controller", "N", "mean cost", "std error", "median", "p95", "diverged", "sent", "mean age"];
-    let rows = simulation.outcomes.iter().map(|outcome| {
-        let result = &outcome.summary;
-        [
-            result.controller.to_string(),
-            result.sequence_length.to_string(),
-            figure(result.mean_cost),
-            figure(result.std_error),
-            figure(result.median_cost),
-            figure(result.p95_cost),
-            result.diverged.to_string(),
-            format!("{:.1} %", 100.0 * result.send_rate),
-            format!("{:.2}", result.mean_input_age),
-        ]
-    });
-    let rows: Vec<_> = std::iter::once(header.map(String::from)).chain(rows).collect();
+        COLUMNS.iter().chain(if is_priced { &PRICED[..] } else { &[] }).map(ToString::to_string).collect();
+    let rows = simulation.outcomes.iter().map(|outcome| row(&outcome.summary, is_priced));
+    let rows: Vec<Vec<String>> = std::iter::once(header).chain(rows).collect();
     for row in &rows {
         for (column, cell) in row.iter().enumerate() {
             let width = rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
@@ -38,6 +36,24 @@ pub fn table(simulation: &Simulation<'_>) -> String {
         text.push('\n');
     }
     text
+}
+
+fn row(result: &Summary, is_priced: bool) -> Vec<String> {
+    let mut cells = vec![
+        result.controller.to_string(),
+        result.sequence_length.to_string(),
+        figure(result.mean_cost),
+        figure(result.std_error),
+        figure(result.median_cost),
+        figure(result.p95_cost),
+        result.diverged.to_string(),
+        format!("{:.1} %", 100.0 * result.send_rate),
+        format!("{:.2}", result.mean_input_age),
+    ];
+    if is_priced {
+        cells.extend([figure(result.mean_total_cost), figure(result.total_std_error)]);
+    }
+    cells
 }
 
 /// Five significant digits, or what there is instead.

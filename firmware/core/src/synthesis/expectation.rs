@@ -77,12 +77,12 @@ pub(super) struct Link<'a, T> {
 
 impl<T: Scalar> Link<'_, T> {
     /// `g(d)`, constant from `d = N - 1` on: a packet later than that is useless.
-    fn g(&self, d: usize) -> T {
+    pub(super) fn g(&self, d: usize) -> T {
         arrival::truncated(self.survival, d)
     }
 
     /// `Z` on stacked inputs: where entry `row` stands one cycle earlier; `None` past the end with zero default.
-    fn earlier(&self, row: usize) -> Option<usize> {
+    pub(super) fn earlier(&self, row: usize) -> Option<usize> {
         let nu = self.dimensions.inputs;
         match self.dimensions.default_input {
             _ if row + nu < self.later.len() => Some(row + nu),
@@ -92,7 +92,7 @@ impl<T: Scalar> Link<'_, T> {
     }
 
     /// `E` on stacked inputs: which entry of the sequence becomes entry `row` in flight.
-    fn left_for(&self, row: usize) -> usize {
+    pub(super) fn left_for(&self, row: usize) -> usize {
         let nu = self.dimensions.inputs;
         if row + nu < self.dimensions.sequence_rows() { row + nu } else { row }
     }
@@ -192,13 +192,15 @@ impl<T: Scalar> Link<'_, T> {
         }
     }
 
-    /// One row of `D A^T P B V0 + D A^T S (I - C) Z`.
+    /// One row of `D A^T P B V0 + D A^T S (I - C) Z`, where `weight` is the identity: it takes each `g` that an input in
+    /// flight is weighed with.
     pub(super) fn state_row(
         &self,
         products: &Products<'_, T>,
         problem: &Problem<'_, T>,
         row: usize,
         out: &mut [T],
+        weight: impl Fn(T) -> T,
     ) {
         let Dimensions { states: nx, inputs: nu, .. } = self.dimensions;
         let v = self.dimensions.in_flight_rows();
@@ -206,12 +208,12 @@ impl<T: Scalar> Link<'_, T> {
         // n_v = 0: there is no in-flight input to couple with.
         for j in 0..nu.min(v) {
             for inner in 0..nx {
-                out[j] += self.g(0) * problem.a[inner * nx + row] * products.pb[inner * nu + j];
+                out[j] += weight(self.g(0)) * problem.a[inner * nx + row] * products.pb[inner * nu + j];
             }
         }
         for column in 0..v {
             if let Some(earlier) = self.earlier(column) {
-                out[earlier] += self.later[column] * products.ats[row * v + column];
+                out[earlier] += weight(self.later[column]) * products.ats[row * v + column];
             }
         }
     }
@@ -222,15 +224,15 @@ impl<T: Scalar> Link<'_, T> {
         self.shift(0, y, out, |g_row, g_column| g_row.min(g_column));
     }
 
-    /// Adds `D V0^T R_B V0 + sym(D V0^T B^T S (I - C) Z)`.
-    pub(super) fn add_applied_now(&self, products: &Products<'_, T>, out: &mut [T]) {
+    /// Adds `D V0^T R_B V0 + sym(D V0^T B^T S (I - C) Z)`; `weight` as in [`Link::state_row`].
+    pub(super) fn add_applied_now(&self, products: &Products<'_, T>, out: &mut [T], weight: impl Fn(T) -> T) {
         let nu = self.dimensions.inputs;
         let v = self.dimensions.in_flight_rows();
         for i in 0..nu.min(v) {
-            add_scaled(&mut out[i * v..i * v + nu], self.g(0), &products.rb[i * nu..(i + 1) * nu]);
+            add_scaled(&mut out[i * v..i * v + nu], weight(self.g(0)), &products.rb[i * nu..(i + 1) * nu]);
             for column in 0..v {
                 if let Some(earlier) = self.earlier(column) {
-                    let coupling = self.later[column] * products.bts[i * v + column];
+                    let coupling = weight(self.later[column]) * products.bts[i * v + column];
                     out[i * v + earlier] += coupling;
                     out[earlier * v + i] += coupling;
                 }
@@ -250,7 +252,7 @@ impl<T: Scalar> Link<'_, T> {
 
     /// `Z^T (weight o matrix) Z` for a matrix that is zero before in-flight input `first`; `weight` takes `g` of row and
     /// column.
-    fn shift(&self, first: usize, matrix: &[T], out: &mut [T], weight: impl Fn(T, T) -> T) {
+    pub(super) fn shift(&self, first: usize, matrix: &[T], out: &mut [T], weight: impl Fn(T, T) -> T) {
         let nu = self.dimensions.inputs;
         let v = self.later.len();
         let first = first * nu;

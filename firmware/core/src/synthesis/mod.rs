@@ -10,14 +10,20 @@
 //! row-major slices, and every sum runs in index order, so that the same input gives the same bits on every
 //! machine. [`Synthesis::optimal_step`] minimises, [`Synthesis::fixed_step`] evaluates given gains. When to stop,
 //! and whether the loop can be stabilised, is for the caller to decide.
+//!
+//! A reference adds a linear part to the cost-to-go, [`LinearCost`] (THEORY 6); what sending a packet is worth comes from
+//! the same matrices, [`Synthesis::fill_trigger`] (THEORY 7).
 
 mod dense;
 mod expectation;
+mod linear;
 mod semidefinite;
 mod step;
+mod trigger;
 
 use crate::{DefaultInput, Scalar};
 
+pub use linear::{LinearCost, Stage};
 pub use semidefinite::{SemidefiniteFactor, workspace_len as semidefinite_workspace_len};
 pub use step::Synthesis;
 
@@ -59,6 +65,11 @@ impl Dimensions {
     /// Columns of the gains over `[x; vbar]`: `nx + n_v nu`.
     pub const fn gain_columns(&self) -> usize {
         self.states + self.in_flight_rows()
+    }
+
+    /// Numbers a [`LinearCost`] needs as workspace.
+    pub const fn linear_workspace_len(&self) -> usize {
+        2 * self.gain_columns() + 2 * self.sequence_rows() + self.in_flight_rows()
     }
 
     /// Numbers a [`Synthesis`] needs as workspace.

@@ -36,22 +36,27 @@ impl<'w, T: Scalar> SemidefiniteFactor<'w, T> {
     /// # Panics
     /// If `matrix` has fewer than `size * size` entries or `workspace` fewer than [`workspace_len`].
     pub fn new(matrix: &[T], size: usize, workspace: &'w mut [T]) -> Self {
-        let (factor, rest) = workspace.split_at_mut(size * size);
-        let (scale, rest) = rest.split_at_mut(size);
-        let (remaining, order) = rest.split_at_mut(size);
+        let mut this = Self::resumed(size, 0, workspace);
         for i in 0..size {
             let diagonal = matrix[i * size + i];
             let effective = diagonal > T::zero();
-            scale[i] = if effective { T::one() / diagonal.sqrt() } else { T::zero() };
-            remaining[i] = if effective { T::one() } else { T::zero() };
+            this.scale[i] = if effective { T::one() / diagonal.sqrt() } else { T::zero() };
+            this.remaining[i] = if effective { T::one() } else { T::zero() };
         }
-        let mut this = Self { size, rank: 0, factor, scale, remaining, order };
         let tolerance = T::nearest(16.0 * size as f64) * T::EPSILON;
         while this.rank < size {
             let Some(pivot) = this.largest_remaining(tolerance) else { break };
             this.eliminate(matrix, pivot);
         }
         this
+    }
+
+    /// The factor that [`SemidefiniteFactor::new`] left in `workspace`, of the rank it had.
+    pub(super) fn resumed(size: usize, rank: usize, workspace: &'w mut [T]) -> Self {
+        let (factor, rest) = workspace.split_at_mut(size * size);
+        let (scale, rest) = rest.split_at_mut(size);
+        let (remaining, order) = rest.split_at_mut(size);
+        Self { size, rank, factor, scale, remaining, order }
     }
 
     /// Numerical rank.

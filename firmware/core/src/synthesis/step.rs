@@ -10,12 +10,14 @@ use crate::{DefaultInput, Scalar};
 /// The recursion's state: cost-to-go `(P, S, Y, N_t)` and the gains of the last step.
 #[derive(Debug)]
 pub struct Synthesis<'p, 'w, T> {
-    problem: Problem<'p, T>,
+    pub(super) problem: Problem<'p, T>,
     /// `P` (`nx x nx`), `S` (`nx x n_v nu`), `Y` and `N_0 .. N_{n_v - 1}` (each `n_v nu` square), in this order.
-    value: &'w mut [T],
+    pub(super) value: &'w mut [T],
     /// `Rbar`, `N nu` square: quadratic expected cost of the sequence.
-    quadratic: &'w mut [T],
-    factor: &'w mut [T],
+    pub(super) quadratic: &'w mut [T],
+    /// Of `quadratic`, with its `rank`, from the last [`Synthesis::optimal_step`].
+    pub(super) factor: &'w mut [T],
+    pub(super) rank: usize,
     /// `[Gx Gv]`, `N nu x (nx + n_v nu)`: cost of the sequence times `[x; vbar]`.
     linear: &'w mut [T],
     /// `[Lx M]`, of the same shape.
@@ -23,8 +25,8 @@ pub struct Synthesis<'p, 'w, T> {
     /// What the gains take off the cost, as a quadratic form in `[x; vbar]`.
     effect: &'w mut [T],
     /// Two squares of `n_v nu` rows.
-    squares: &'w mut [T],
-    products: Products<'w, T>,
+    pub(super) squares: &'w mut [T],
+    pub(super) products: Products<'w, T>,
     /// `g(m + 1)` for every stacked in-flight input.
     later: &'w [T],
 }
@@ -50,7 +52,19 @@ impl<'p, 'w, T: Scalar> Synthesis<'p, 'w, T> {
         let (later, rest) = rest.split_at_mut(v);
         fill_later(problem.survival, &dimensions, later);
         let products = Products::new(&dimensions, rest);
-        Ok(Self { problem, value, quadratic, factor, linear, gains, effect, squares, products, later })
+        Ok(Self {
+            problem,
+            value,
+            quadratic,
+            factor,
+            rank: 0,
+            linear,
+            gains,
+            effect,
+            squares,
+            products,
+            later,
+        })
     }
 
     /// Starts anew from the terminal cost `x^T Q_K x`; `terminal` is `nx x nx`.
@@ -70,6 +84,11 @@ impl<'p, 'w, T: Scalar> Synthesis<'p, 'w, T> {
     /// `[Lx M]`, `N nu x (nx + n_v nu)` row-major: `U = Lx xhat + M vbar`. THEORY 3.
     pub fn gains(&self) -> &[T] {
         self.gains
+    }
+
+    /// `Rbar`, `N nu` square: what a sequence that differs from the optimal one by `d` costs more is `d^T Rbar d`.
+    pub fn sequence_cost(&self) -> &[T] {
+        self.quadratic
     }
 
     /// Sets the gains that [`Synthesis::fixed_step`] evaluates; same layout as [`Synthesis::gains`].
@@ -107,7 +126,9 @@ impl<'p, 'w, T: Scalar> Synthesis<'p, 'w, T> {
         for (gain, coefficient) in self.gains.iter_mut().zip(self.linear.iter()) {
             *gain = -*coefficient;
         }
-        SemidefiniteFactor::new(self.quadratic, rows, self.factor).solve(self.gains, columns);
+        let factor = SemidefiniteFactor::new(self.quadratic, rows, self.factor);
+        factor.solve(self.gains, columns);
+        self.rank = factor.rank();
         self.effect.fill(T::zero());
         add_transposed_product(self.effect, T::one(), (self.linear, columns), (self.gains, columns));
         mirror_upper(self.effect, columns);
@@ -136,14 +157,20 @@ impl<'p, 'w, T: Scalar> Synthesis<'p, 'w, T> {
         self.step_back()
     }
 
-    fn parts(&self) -> (usize, usize, usize) {
+    /// The link as the recursion sees it.
+    pub(super) fn link(&self) -> Link<'_, T> {
+        Link { survival: self.problem.survival, dimensions: self.problem.dimensions, later: self.later }
+    }
+
+    /// Numbers in `P`, in `S`, and in each of the others.
+    pub(super) fn parts(&self) -> (usize, usize, usize) {
         let dimensions = self.dimensions();
         let (nx, v) = (dimensions.states, dimensions.in_flight_rows());
         (nx * nx, nx * v, v * v)
     }
 
     /// Fills `quadratic` and `linear` from the cost-to-go.
-    fn expect(&mut self) {
+    pub(super) fn expect(&mut self) {
         let link =
             Link { survival: self.problem.survival, dimensions: self.problem.dimensions, later: self.later };
         let (p_len, s_len, square) = self.parts();
@@ -190,7 +217,7 @@ impl<'p, 'w, T: Scalar> Synthesis<'p, 'w, T> {
         let mut part = Change::none();
         for row in 0..nx {
             let next_row = &mut next[..v];
-            link.state_row(&self.products, &self.problem, row, next_row);
+            link.state_row(&self.products, &self.problem, row, next_row, |g| g);
             for (column, value) in next_row.iter().enumerate() {
                 part.replace(&mut s[row * v + column], *value + effect_at(row, nx + column));
             }
@@ -200,7 +227,7 @@ impl<'p, 'w, T: Scalar> Synthesis<'p, 'w, T> {
         // Y = D V0^T R_B V0 + sym(D V0^T B^T S (I - C) Z) + Z^T (D Y o (1 - max(c_m, c_m2))) Z
         let mut part = Change::none();
         link.shift_fresh(y, next);
-        link.add_applied_now(&self.products, next);
+        link.add_applied_now(&self.products, next, |g| g);
         mirror_upper(next, v);
         part.replace_all(y, next);
         largest = largest.max(part.relative());

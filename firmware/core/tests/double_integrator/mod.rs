@@ -18,6 +18,26 @@ pub(crate) type Node<'a, T> = Controller<'a, T, 2, 1, 1, 6, 8>;
 /// Delay probabilities of the control packets; the rest to 1 is loss.
 pub(crate) const DELAYS: [f64; 5] = [0.4, 0.2, 0.15, 0.1, 0.05];
 
+const A: [f64; 4] = [1.0, 0.1, 0.0, 1.0];
+const B: [f64; 2] = [0.005, 0.1];
+/// Weight of the state, `Q`.
+pub(crate) const WEIGHT: [f64; 4] = [1.0, 0.0, 0.0, 0.1];
+
+/// The recursion for [`DELAYS`] at its fixed point, and the survival function of the link.
+pub(crate) fn at_fixed_point<Out>(
+    default_input: DefaultInput,
+    look: impl FnOnce(&mut Synthesis<'_, '_, f64>, &[f64]) -> Out,
+) -> Out {
+    let mut survival = [0.0; LENGTH];
+    arrival::survival(&DELAYS, 1.0 - DELAYS.iter().sum::<f64>(), &mut survival);
+    let dimensions = Dimensions { states: 2, inputs: 1, length: LENGTH, default_input };
+    let problem = Problem { dimensions, a: &A, b: &B, q: &WEIGHT, r: &[0.05], survival: &survival };
+    let mut workspace = vec![0.0; dimensions.workspace_len()];
+    let mut synthesis = Synthesis::new(problem, &mut workspace).expect("slices of the right shape");
+    while synthesis.optimal_step() > 1e-12 {}
+    look(&mut synthesis, &survival)
+}
+
 /// A scalar type in which gains can be checked.
 pub(crate) trait Number: Scalar {
     /// `Gains::check` of this type.
@@ -48,24 +68,17 @@ pub(crate) struct Workshop<T> {
 impl<T: Number> Workshop<T> {
     /// A double integrator with the optimal law for [`DELAYS`].
     pub(crate) fn double_integrator(settings: Settings<T, 1>) -> Self {
-        let default_input = settings.default_input;
-        let (a, b) = ([1.0, 0.1, 0.0, 1.0], [0.005, 0.1]);
-        let mut survival = [0.0; LENGTH];
-        arrival::survival(&DELAYS, 1.0 - DELAYS.iter().sum::<f64>(), &mut survival);
-        let dimensions = Dimensions { states: 2, inputs: 1, length: LENGTH, default_input };
-        let problem =
-            Problem { dimensions, a: &a, b: &b, q: &[1.0, 0.0, 0.0, 0.1], r: &[0.05], survival: &survival };
-        let mut workspace = vec![0.0; dimensions.workspace_len()];
-        let mut synthesis = Synthesis::new(problem, &mut workspace).expect("slices of the right shape");
-        while synthesis.optimal_step() > 1e-12 {}
-        let rows = || synthesis.gains().chunks(dimensions.gain_columns());
+        let (gains, columns, table) = at_fixed_point(settings.default_input, |synthesis, survival| {
+            let mut table = [0.0; arrival::table_len(LENGTH)];
+            arrival::fill_table(survival, &mut table);
+            (synthesis.gains().to_vec(), synthesis.dimensions().gain_columns(), table)
+        });
+        let rows = || gains.chunks(columns);
         let nearest = |value: &f64| T::nearest(*value);
-        let mut table = [0.0; arrival::table_len(LENGTH)];
-        arrival::fill_table(&survival, &mut table);
         Self {
             model: Model {
-                a: SMatrix::<f64, 2, 2>::from_row_slice(&a).map(T::nearest),
-                b: SMatrix::<f64, 2, 1>::from_row_slice(&b).map(T::nearest),
+                a: SMatrix::<f64, 2, 2>::from_row_slice(&A).map(T::nearest),
+                b: SMatrix::<f64, 2, 1>::from_row_slice(&B).map(T::nearest),
                 c: SMatrix::<f64, 1, 2>::new(1.0, 0.0).map(T::nearest),
                 process_noise: SMatrix::from_diagonal_element(T::nearest(1e-4)),
                 measurement_noise: SMatrix::from_element(T::nearest(1e-4)),
@@ -86,6 +99,8 @@ impl<T: Number> Workshop<T> {
             model: &self.model,
             actuator: self.settings,
             measurement_buffer: LATE,
+            preview: None,
+            trigger: None,
         }
     }
 }

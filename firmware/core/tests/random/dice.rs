@@ -20,11 +20,4 @@ impl Dice {
             left < 0.0
         })
     }
-
-    /// Puts `items` in random order.
-    pub(crate) fn shuffle<I>(&mut self, items: &mut [I]) {
-        for last in (1..items.len()).rev() {
-            items.swap(last, (self.roll() * (last + 1) as f64) as usize);
-        }
-    }
 }

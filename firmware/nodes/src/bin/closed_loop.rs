@@ -1,18 +1,20 @@
-//! One closed loop with two faces, which shows that host and board compute the same bits.
+//! Closed loops with two faces, which show that host and board compute the same bits.
 //!
-//! On the host it prints the end state, last of all the line `end 1a2b3c4d` with the run's digest. On the board it runs
-//! the same loop, compares its digest with the one given as the argument, and succeeds only if they are equal.
+//! On the host it prints the end states, last of all the line `end 1a2b3c4d` with the digest of all runs. On the board it
+//! runs the same loops, compares its digest with the one given as the argument, and succeeds only if they are equal.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 #![forbid(unsafe_code)]
 
 #[cfg(not(target_os = "none"))]
 fn main() {
-    let slqg_nodes::Outcome { digest, state, applied, .. } = slqg_nodes::run();
-    for (index, value) in state.iter().enumerate() {
-        println!("state {index}  {:08x}  {value}", value.to_bits());
+    let outcomes = slqg_nodes::CASES.map(|case| (case.run)());
+    for (case, outcome) in slqg_nodes::CASES.iter().zip(&outcomes) {
+        println!(
+            "{:<14}  {:08x}  sent {:>3}, end state {:?}",
+            case.name, outcome.digest, outcome.sent, outcome.state
+        );
     }
-    println!("applied  {:08x}  {applied}", applied.to_bits());
-    println!("end {digest:08x}");
+    println!("end {:08x}", slqg_nodes::digest_of(&outcomes));
 }
 
 #[cfg(target_os = "none")]
@@ -25,7 +27,7 @@ fn main() -> ! {
 #[cfg(target_os = "none")]
 mod on_board {
     use cortex_m_semihosting::hprintln;
-    use slqg_nodes::{Outcome, board};
+    use slqg_nodes::{CASES, board, digest_of};
 
     pub(crate) fn agrees_with_host() -> bool {
         let mut buffer = [0; 128];
@@ -43,23 +45,18 @@ mod on_board {
             return false;
         };
 
-        let outcome = slqg_nodes::run();
-        print(&outcome);
-        let agrees = outcome.digest == expected;
-        let verdict = if agrees { "equal" } else { "DIFFERENT" };
-        hprintln!("board {:08x}, host {:08x}: {}", outcome.digest, expected, verdict);
-        agrees
+        let outcomes = CASES.map(|case| (case.run)());
+        for (case, outcome) in CASES.iter().zip(&outcomes) {
+            hprintln!("{} {:08x}, sent {}", case.name, outcome.digest, outcome.sent);
+        }
+        let found = digest_of(&outcomes);
+        let verdict = if found == expected { "equal" } else { "DIFFERENT" };
+        hprintln!("board {:08x}, host {:08x}: {}", found, expected, verdict);
+        found == expected
     }
 
     fn digest(word: &str) -> Option<u32> {
         let digits = word.len() == 8 && word.bytes().all(|byte| byte.is_ascii_hexdigit());
         if digits { u32::from_str_radix(word, 16).ok() } else { None }
-    }
-
-    fn print(outcome: &Outcome) {
-        for (index, value) in outcome.state.iter().enumerate() {
-            hprintln!("state {}  {:08x}", index, value.to_bits());
-        }
-        hprintln!("applied  {:08x}", outcome.applied.to_bits());
     }
 }

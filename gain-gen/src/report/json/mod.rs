@@ -1,11 +1,18 @@
 //! The report as one JSON object; its fields are part of the stable command line.
+//!
+//! `optional` has the fields that are null for many designs, `layout` how text is broken into lines.
+
+mod layout;
+mod optional;
 
 use super::{FailedCondition, Report, Verdict, default_input_name};
 use crate::solve::LoopProblem;
 use nalgebra::DMatrix;
+use optional::{Event, MarginFigures, Task, Tracking};
 use serde::Serialize;
-use serde_json::ser::{Formatter, Serializer};
-use std::io::{self, Write};
+
+pub(crate) use layout::line_per_field;
+pub(crate) use optional::triangles;
 
 /// A matrix as JSON and scripts take it: a list of rows.
 pub(crate) type Rows = Vec<Vec<f64>>;
@@ -46,6 +53,10 @@ pub(crate) struct Document<'r> {
     /// Only with a task.
     #[serde(skip_serializing_if = "Option::is_none")]
     task: Option<Task>,
+    /// Null without `[tracking]`.
+    tracking: Option<Tracking>,
+    /// Null without `[event]`.
+    event: Option<Event>,
 }
 
 /// [`crate::estimation::Estimation`]; null: unbounded, or no bound is known.
@@ -58,26 +69,6 @@ struct EstimationFigures {
     error_covariance_upper: Option<f64>,
     expected_cost_lower: f64,
     expected_cost_upper: f64,
-}
-
-/// A task of finite length: tables by cycle.
-#[derive(Serialize)]
-struct Task {
-    cycles: usize,
-    control_cost: Option<f64>,
-    lx: Vec<Rows>,
-    m: Vec<Rows>,
-    cost_to_go: Vec<Rows>,
-}
-
-/// [`crate::margins::Margins`].
-#[derive(Serialize)]
-struct MarginFigures {
-    extra_loss: f64,
-    /// Null: any delay may come.
-    extra_delay_steps: Option<usize>,
-    input_gain_min: f64,
-    input_gain_max: f64,
 }
 
 impl<'r> Document<'r> {
@@ -117,19 +108,10 @@ impl<'r> Document<'r> {
                 expected_cost_upper: report.estimation.cost_upper,
             },
             length_tolerance: report.design.length_choice().map(|choice| choice.tolerance),
-            task: report.task.as_ref().map(|task| Task {
-                cycles: task.laws.len(),
-                control_cost: report.task_cost(),
-                lx: task.laws.iter().map(|law| rows(&law.lx)).collect(),
-                m: task.laws.iter().map(|law| rows(&law.m)).collect(),
-                cost_to_go: task.cost_to_go.iter().map(rows).collect(),
-            }),
-            margins: report.margins.map(|margins| MarginFigures {
-                extra_loss: margins.extra_loss,
-                extra_delay_steps: margins.extra_delay,
-                input_gain_min: margins.input_gain_min,
-                input_gain_max: margins.input_gain_max,
-            }),
+            margins: report.margins.as_ref().map(MarginFigures::of),
+            task: Task::of(report),
+            tracking: Tracking::of(report),
+            event: Event::of(report),
         }
     }
 }
@@ -150,53 +132,4 @@ impl Report {
 /// The matrix as rows; a matrix without columns as empty rows.
 pub(crate) fn rows(matrix: &DMatrix<f64>) -> Rows {
     matrix.row_iter().map(|row| row.iter().copied().collect()).collect()
-}
-
-/// JSON with each field of an object on its own line and lists, which are matrices here, without breaks.
-pub(crate) fn line_per_field(document: &impl Serialize) -> String {
-    let mut bytes = Vec::new();
-    document
-        .serialize(&mut Serializer::with_formatter(&mut bytes, LinePerField { depth: 0 }))
-        .expect("names and numbers are written to memory");
-    bytes.push(b'\n');
-    String::from_utf8(bytes).expect("JSON is UTF-8")
-}
-
-struct LinePerField {
-    depth: usize,
-}
-
-impl LinePerField {
-    fn new_line<W: ?Sized + Write>(&self, writer: &mut W) -> io::Result<()> {
-        writer.write_all(b"\n")?;
-        (0..self.depth).try_for_each(|_| writer.write_all(b"  "))
-    }
-}
-
-impl Formatter for LinePerField {
-    fn begin_object<W: ?Sized + Write>(&mut self, writer: &mut W) -> io::Result<()> {
-        self.depth += 1;
-        writer.write_all(b"{")
-    }
-
-    fn end_object<W: ?Sized + Write>(&mut self, writer: &mut W) -> io::Result<()> {
-        self.depth -= 1;
-        self.new_line(writer)?;
-        writer.write_all(b"}")
-    }
-
-    fn begin_object_key<W: ?Sized + Write>(&mut self, writer: &mut W, first: bool) -> io::Result<()> {
-        if !first {
-            writer.write_all(b",")?;
-        }
-        self.new_line(writer)
-    }
-
-    fn begin_object_value<W: ?Sized + Write>(&mut self, writer: &mut W) -> io::Result<()> {
-        writer.write_all(b": ")
-    }
-
-    fn begin_array_value<W: ?Sized + Write>(&mut self, writer: &mut W, first: bool) -> io::Result<()> {
-        if first { Ok(()) } else { writer.write_all(b", ") }
-    }
 }

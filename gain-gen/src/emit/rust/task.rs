@@ -1,8 +1,8 @@
 //! Time-varying gains of a task as Rust source: one checked [`slqg::gains::Gains`] a cycle.
 
-use super::EmitError;
-use super::literal::Table;
-use super::rust::{PER_LINE, default_input};
+use super::{PER_LINE, default_input};
+use crate::emit::EmitError;
+use crate::emit::literal::Table;
 use crate::report::{Report, figure};
 use crate::solve::FiniteHorizon;
 
@@ -45,7 +45,7 @@ static ARRIVAL: [Scalar; {arrivals}] = [
 /// The control law of each cycle of the task, `U = Lx xhat + M vbar`: before cycle `k` hand `HORIZON[k]` to the
 /// controller's `set_gains`.
 ///
-/// `Lx` is {rows} x {states}, `M` {rows} x {expected}, both by rows. With the state known the whole task is expected to
+/// `Lx` is {rows} x {states}, `M` {rows} x {expected}, both by rows. With the state known{ahead} the whole task is expected to
 /// cost {cost}, its terminal cost included.
 #[rustfmt::skip]
 #[allow(clippy::approx_constant)]
@@ -55,6 +55,7 @@ pub static HORIZON: [slqg::gains::Gains<'static, Scalar, STATES, INPUTS>; CYCLES
         cycles = task.laws.len(),
         arrivals = arrival.len(),
         arrival = Table { name: "r", scalar }.lines(arrival, PER_LINE, 4)?,
+        ahead = if task.tracked.is_some() { " and the reference ahead," } else { "" },
         cost = figure(report.task_cost().unwrap_or(f64::NAN)),
     ))
 }

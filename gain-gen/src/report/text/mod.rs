@@ -1,9 +1,13 @@
 //! The report as one screen of text, every figure with its unit.
+//!
+//! Here are the sections that every report of a stable loop has; those that are there only for some designs, or when asked
+//! for, are in `optional`.
+
+mod optional;
 
 use super::figure::{counted, duration, figure, grouped, percent};
 use super::{FailedCondition, Report, Verdict, default_input_name, scalar_name};
 use crate::design::DeviceScalar;
-use crate::margins::LARGEST_INPUT_GAIN;
 use crate::solve::Outcome;
 use core::fmt::{self, Display, Formatter};
 use nalgebra::DMatrix;
@@ -28,6 +32,8 @@ impl Display for Report {
         if self.verdict() == Verdict::Stable {
             self.closed_loop(f)?;
             self.estimation(f)?;
+            self.tracking(f)?;
+            self.event(f)?;
             self.margins(f)?;
             self.tables(f)?;
             self.state_gain(f)?;
@@ -125,46 +131,9 @@ impl Report {
         line(f, "certificate", format!("verified by Cholesky, {matrices}: rate at most {bound}"))
     }
 
-    fn task(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        let (Some(task), Some(cost)) = (&self.task, self.task_cost()) else { return Ok(()) };
-        let cycles = task.laws.len();
-        writeln!(f, "\nTask of {}", self.steps(cycles as f64))?;
-        line(f, "expected cost", format!("{:<12}of the whole task, state known", figure(cost)))?;
-        let numbers = task.laws.iter().map(|law| law.lx.len() + law.m.len()).sum::<usize>();
-        line(f, "Lx, M", format!("{} for all cycles together", counted(numbers, "number")))
-    }
-
-    fn margins(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        let Some(margins) = self.margins else { return Ok(()) };
-        writeln!(f, "\nMargins, state known, controller as designed")?;
-        let loss = match margins.extra_loss {
-            1.0 => "stable even if all are lost".into(),
-            share => format!("{:<12}of the packets that arrive may be lost in addition", percent(share)),
-        };
-        line(f, "extra loss", loss)?;
-        let delay = match (margins.extra_delay, margins.rate_beyond_extra_delay) {
-            (Some(0), Some(rate)) => format!("none; one step on every packet gives rate {}", figure(rate)),
-            (Some(steps), Some(rate)) => {
-                let late = self.steps(steps as f64);
-                format!("{late} on every packet; with one more, rate {}", figure(rate))
-            }
-            _ => "stable however late packets come".into(),
-        };
-        line(f, "extra delay", delay)?;
-        let least = match margins.input_gain_min {
-            0.0 => "0 (needs no input)".into(),
-            least if least < 1e-6 => "just above 0".into(),
-            least => figure(least),
-        };
-        let most = match margins.input_gain_max {
-            LARGEST_INPUT_GAIN => "beyond 100".into(),
-            most => figure(most),
-        };
-        line(f, "input gain", format!("from {least} to {most}, times the design's B"))
-    }
-
     fn closed_loop(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        writeln!(f, "\nClosed loop, state known")?;
+        let sending = if self.trigger.is_some() { ", a packet sent in every step" } else { "" };
+        writeln!(f, "\nClosed loop, state known{sending}")?;
         let rate = figure(self.solution.mean_square_rate);
         line(f, "mean-square rate", format!("{rate:<12}per step: second moments shrink by this factor"))?;
         if let Some(steps) = self.time_constant() {
@@ -196,6 +165,12 @@ impl Report {
         let size = |floats: usize| format!("{} numbers, {} bytes", grouped(floats), grouped(floats * bytes));
         writeln!(f, "\nTables on the device, {}", scalar_name(scalar))?;
         line(f, "Lx, M, r", size(law.table_floats()))?;
+        if let Some(floats) = self.preview_floats() {
+            line(f, "preview gains", size(floats))?;
+        }
+        if let Some(trigger) = &self.trigger {
+            line(f, "event trigger", size(trigger.floats()))?;
+        }
         line(f, "coupled form", format!("{}, not needed", size(law.coupled_table_floats())))
     }
 
@@ -206,13 +181,13 @@ impl Report {
         }
         writeln!(f, "\nState gain Lx, input unit per state unit")?;
         write!(f, "  {:<8}", "")?;
-        (1..=law.lx.ncols()).try_for_each(|state| write!(f, "{:>12}", format!("x{state}")))?;
+        (1..=law.lx.ncols()).try_for_each(|state| write!(f, "{:>13}", format!("x{state}")))?;
         writeln!(f)?;
         for (row, gains) in law.lx.row_iter().enumerate() {
             let (step, input) = (row / law.inputs(), row % law.inputs() + 1);
             let of = if step == 0 { format!("u{input}(k)") } else { format!("u{input}(k+{step})") };
             write!(f, "  {of:<8}")?;
-            gains.iter().try_for_each(|gain| write!(f, "{:>12}", figure(*gain)))?;
+            gains.iter().try_for_each(|gain| write!(f, "{:>13}", figure(*gain)))?;
             writeln!(f)?;
         }
         Ok(())

@@ -2,24 +2,39 @@
 //!
 //! rustfmt leaves the source as it is, whatever its settings: items that a width or heuristic could break
 //! differently carry `#[rustfmt::skip]`.
+//!
+//! Here is what every design has. What replaces the law in a task of finite length is in `task`, what a reference adds in
+//! `tracking`, what an event trigger adds in `trigger`.
+
+mod task;
+mod tracking;
+mod trigger;
 
 use super::EmitError;
 use super::literal::Table;
-use super::task;
 use crate::report::{Report, counted, default_input_name, figure, scalar_name};
 use nalgebra::DMatrix;
 use slqg::DefaultInput;
 
 /// Numbers in a line of the table of arrival probabilities.
-pub(super) const PER_LINE: usize = 8;
+const PER_LINE: usize = 8;
 
 /// The source for `report`. `origin`: name of the design file.
 pub(super) fn source(report: &Report, origin: &str) -> Result<String, EmitError> {
-    let law = match &report.task {
-        None => gains(report)?,
-        Some(task) => task::gains(report, task)?,
-    };
-    Ok([header(report, origin), sizes(report), law, model(report)?, nodes(report)?].join("\n"))
+    let mut parts = vec![header(report, origin), sizes(report)];
+    match &report.task {
+        None => {
+            parts.push(gains(report)?);
+            parts.extend(tracking::preview(report)?);
+            parts.extend(trigger::trigger(report)?);
+        }
+        Some(task) => {
+            parts.push(task::gains(report, task)?);
+            parts.extend(tracking::feedforward(report, task)?);
+        }
+    }
+    parts.extend([model(report)?, nodes(report)?]);
+    Ok(parts.join("\n"))
 }
 
 fn header(report: &Report, origin: &str) -> String {
@@ -78,7 +93,7 @@ pub type Scalar = {scalar};
     )
 }
 
-pub(super) fn default_input(report: &Report) -> &'static str {
+fn default_input(report: &Report) -> &'static str {
     match report.solution.law.default_input {
         DefaultInput::Zero => "slqg::DefaultInput::Zero",
         DefaultInput::Hold => "slqg::DefaultInput::Hold",
@@ -196,6 +211,8 @@ pub static DESIGN: slqg::controller::Design<'static, Scalar, STATES, INPUTS, OUT
         model: &MODEL,
         actuator: ACTUATOR,
         measurement_buffer: MEASUREMENT_BUFFER,
+        preview: {preview},
+        trigger: {trigger},
     }};
 
 /// A controller with room for this design.
@@ -208,5 +225,12 @@ pub type Actuator = slqg::actuator::Actuator<Scalar, INPUTS, SEQUENCE_LENGTH>;
 ",
         default = default_input(report),
         gains = if report.task.is_some() { "HORIZON[0]" } else { "GAINS" },
+        preview = optional("PREVIEW", report.task.is_none() && report.preview.is_some()),
+        trigger = optional("TRIGGER", report.task.is_none() && report.trigger.is_some()),
     ))
+}
+
+/// `Some` of a constant that is there, else `None`.
+fn optional(constant: &str, is_there: bool) -> String {
+    if is_there { format!("Some({constant})") } else { "None".into() }
 }

@@ -1,0 +1,239 @@
+//! Whether a packet is worth sending: thesis chapter 5, exact under its rollout. THEORY 7.
+//!
+//! A sequence is sent iff it is expected to save more than a packet costs, given that every later one is sent. What it
+//! saves is a quadratic in the estimate, in what is in flight and in the sequence itself, with constant tables. Which
+//! packets were sent enters only through what is in flight; there is no table over the history of decisions.
+//!
+//! The tables come from [`crate::synthesis::Synthesis::fill_trigger`]; what is in flight is [`crate::in_flight`]'s.
+
+use crate::scalar::{all_within_f32, all_within_f64};
+use crate::{
+    DefaultInput, Scalar,
+    gains::{Gains, dot},
+    in_flight::InFlight,
+};
+use nalgebra::SVector;
+
+/// What sending is worth, as tables; symmetric matrices by rows of their upper triangle.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Tables<'a, T> {
+    /// `nx x (n_v nu)`, by rows: state times expected inputs in flight.
+    pub state: &'a [T],
+    /// `W_s` for `s = 0..n_v-1`, symmetric of `(n_v - s) nu` rows: the inputs in flight from cycle `k+s` on.
+    pub in_flight: &'a [T],
+    /// `Rbar`, symmetric of `N nu` rows: the sequence.
+    pub sequence: &'a [T],
+}
+
+/// Numbers in each of the [`Tables`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct TableLengths {
+    /// In [`Tables::state`].
+    pub state: usize,
+    /// In [`Tables::in_flight`].
+    pub in_flight: usize,
+    /// In [`Tables::sequence`].
+    pub sequence: usize,
+}
+
+impl TableLengths {
+    /// For sequences of `length` inputs to a plant of these dimensions. Saturates.
+    pub const fn of(length: usize, default_input: DefaultInput, states: usize, inputs: usize) -> Self {
+        let expected = default_input.in_flight(length);
+        let (mut in_flight, mut left) = (0_usize, expected);
+        // Dimensions that were read from somewhere may be absurd.
+        while left > 0 && inputs > 0 && in_flight < usize::MAX {
+            in_flight = in_flight.saturating_add(Self::packed(left.saturating_mul(inputs)));
+            left -= 1;
+        }
+        Self {
+            state: states.saturating_mul(expected.saturating_mul(inputs)),
+            in_flight,
+            sequence: Self::packed(length.saturating_mul(inputs)),
+        }
+    }
+
+    /// Of the upper triangle of a square of `size` rows.
+    pub const fn packed(size: usize) -> usize {
+        size.saturating_mul(size.saturating_add(1)) / 2
+    }
+}
+
+/// Where entry `(row, column)`, `row <= column`, of a symmetric matrix of `size` rows stands in its upper triangle.
+pub const fn packed_index(size: usize, row: usize, column: usize) -> usize {
+    row * size - row * (row + 1) / 2 + column
+}
+
+/// Decides whether a sequence is sent.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Trigger<'a, T, const NX: usize, const NU: usize> {
+    length: usize,
+    default_input: DefaultInput,
+    send_cost: T,
+    tables: Tables<'a, T>,
+}
+
+/// Why tables are not a trigger.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum InvalidTrigger {
+    /// A table has another length than [`TableLengths`] says.
+    TableLength,
+    /// A number in a table is not finite.
+    NotFinite,
+    /// The cost of sending is negative or not a number.
+    SendCost,
+}
+
+impl core::fmt::Display for InvalidTrigger {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(match self {
+            Self::TableLength => "a table does not have the entries that the dimensions ask for",
+            Self::NotFinite => "a number is not finite",
+            Self::SendCost => "the cost of sending must be 0 or more",
+        })
+    }
+}
+
+impl core::error::Error for InvalidTrigger {}
+
+/// Constructors for one scalar type: floating-point comparisons in `const` need a concrete type.
+macro_rules! checked_construction {
+    ($scalar:ty, $all_within:path) => {
+        impl<'a, const NX: usize, const NU: usize> Trigger<'a, $scalar, NX, NU> {
+            /// A trigger for sequences of `length` inputs, or why the tables are none. `send_cost` is that of one
+            /// packet, in units of the stage cost; a packet that costs nothing is always sent.
+            pub const fn check(
+                length: usize,
+                default_input: DefaultInput,
+                send_cost: $scalar,
+                tables: Tables<'a, $scalar>,
+            ) -> Result<Self, InvalidTrigger> {
+                let lengths = TableLengths::of(length, default_input, NX, NU);
+                let Tables { state, in_flight, sequence } = tables;
+                if state.len() != lengths.state
+                    || in_flight.len() != lengths.in_flight
+                    || sequence.len() != lengths.sequence
+                {
+                    return Err(InvalidTrigger::TableLength);
+                }
+                let (least, most) = (<$scalar>::MIN, <$scalar>::MAX);
+                if !$all_within(state, least, most)
+                    || !$all_within(in_flight, least, most)
+                    || !$all_within(sequence, least, most)
+                {
+                    return Err(InvalidTrigger::NotFinite);
+                }
+                if send_cost.is_nan() || send_cost < 0.0 {
+                    return Err(InvalidTrigger::SendCost);
+                }
+                Ok(Self { length, default_input, send_cost, tables })
+            }
+
+            /// A trigger from constant tables; arguments as those of `check`.
+            ///
+            /// # Panics
+            /// On tables that `check` refuses. Meant for constants, where that is a compile error.
+            pub const fn new(
+                length: usize,
+                default_input: DefaultInput,
+                send_cost: $scalar,
+                tables: Tables<'a, $scalar>,
+            ) -> Self {
+                match Self::check(length, default_input, send_cost, tables) {
+                    Ok(trigger) => trigger,
+                    Err(InvalidTrigger::TableLength) => panic!("a trigger table has a wrong length"),
+                    Err(InvalidTrigger::NotFinite) => panic!("a number in a trigger table is not finite"),
+                    Err(InvalidTrigger::SendCost) => panic!("the cost of sending must be 0 or more"),
+                }
+            }
+        }
+    };
+}
+checked_construction!(f32, all_within_f32);
+checked_construction!(f64, all_within_f64);
+
+/// What is decided about: the sequence of the optimal law, and what the law made it from.
+#[derive(Debug, Clone, Copy)]
+pub struct Candidate<'c, T, const NX: usize, const NU: usize> {
+    /// Estimate of the state, given all that has arrived.
+    pub posterior_mean: &'c SVector<T, NX>,
+    /// `vbar`, `n_v` inputs.
+    pub expected: &'c [SVector<T, NU>],
+    /// `U`, the sequence that might be sent, `N` inputs.
+    pub inputs: &'c [SVector<T, NU>],
+    /// What `expected` is worth towards the reference, see [`crate::tracking::Feedforward`]; empty without one.
+    pub displaced: &'c [SVector<T, NU>],
+}
+
+impl<T: Scalar, const NX: usize, const NU: usize> Trigger<'_, T, NX, NU> {
+    /// Inputs per sequence, `N`.
+    pub const fn length(&self) -> usize {
+        self.length
+    }
+
+    /// What the actuator does when its buffer has run out; the tables are for this choice only.
+    pub const fn default_input(&self) -> DefaultInput {
+        self.default_input
+    }
+
+    /// The same tables with another cost of a packet, which may change while the controller runs; what is negative or
+    /// not a number counts as zero.
+    #[must_use]
+    pub fn with_send_cost(self, send_cost: T) -> Self {
+        Self { send_cost: if send_cost > T::zero() { send_cost } else { T::zero() }, ..self }
+    }
+
+    /// Expected cost, over all time to come, that sending `candidate` saves against not sending in this cycle: thesis
+    /// Lemma 5.1 with its sign turned and its misprints mended. `gains`, for sequences of the same length and the same
+    /// default input, tell how likely what is in flight still arrives.
+    ///
+    /// It may be below zero: a packet that arrives late can part inputs in flight that were made for each other.
+    pub fn benefit<const N: usize, const H: usize>(
+        &self,
+        gains: &Gains<'_, T, NX, NU>,
+        in_flight: &InFlight<T, NU, N, H>,
+        candidate: Candidate<'_, T, NX, NU>,
+    ) -> T {
+        let Candidate { posterior_mean, expected, inputs, displaced } = candidate;
+        let columns = self.default_input.in_flight(self.length) * NU;
+        let mut twice = T::zero();
+        for (row, state) in posterior_mean.iter().enumerate() {
+            let weights = &self.tables.state[row * columns..(row + 1) * columns];
+            twice += *state * dot(weights, expected.iter().flat_map(|input| input.iter()));
+        }
+        for (worth, input) in displaced.iter().zip(expected) {
+            twice -= dot(worth.as_slice(), input.iter());
+        }
+        let mut benefit = (twice + twice) + quadratic(self.tables.sequence, inputs);
+        let mut tables = self.tables.in_flight;
+        for told in 0..expected.len() {
+            let (table, rest) = tables.split_at(TableLengths::packed((expected.len() - told) * NU));
+            tables = rest;
+            in_flight.for_each_newest(gains, told, |probability, expected| {
+                benefit += probability * quadratic(table, &expected[told..]);
+            });
+        }
+        benefit
+    }
+
+    /// Whether something worth `benefit` is sent. What cannot be judged is sent.
+    pub fn is_worth_sending(&self, benefit: T) -> bool {
+        let saves_too_little = self.send_cost > T::zero() && benefit <= self.send_cost;
+        !saves_too_little
+    }
+}
+
+/// `v^T W v` for the symmetric `W` whose upper triangle is `table`.
+fn quadratic<T: Scalar, const NU: usize>(table: &[T], vector: &[SVector<T, NU>]) -> T {
+    let entries = || vector.iter().flat_map(|input| input.iter());
+    let mut rest = table;
+    let mut sum = T::zero();
+    for (row, value) in entries().enumerate() {
+        let (weights, below) = rest.split_at(vector.len() * NU - row);
+        rest = below;
+        // Entries beside the diagonal count twice.
+        let beside = dot(&weights[1..], entries().skip(row + 1));
+        sum += *value * (weights[0] * *value + (beside + beside));
+    }
+    sum
+}

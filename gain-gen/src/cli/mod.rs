@@ -1,0 +1,178 @@
+//! The command line: what can be asked, where answers go, and what the exit status says.
+//!
+//! Status 0: done. 2: the input is wrong. 3: the loop cannot be stabilised. Answers go to stdout or into the
+//! file named, everything else to stderr.
+//!
+//! The words themselves, with their help, are in `options`.
+
+mod options;
+
+use clap::Parser;
+use gain_gen::certificate::NotCertified;
+use gain_gen::design::{Design, DesignError};
+use gain_gen::emit::{self, EmitError, Format, Output, WriteError};
+use gain_gen::lengths::Lengths;
+use gain_gen::report::{NoTask, NotStabilised, Report};
+use gain_gen::solve::{Method, PreviewTooLong};
+use gain_gen::sweep::Sweep;
+use options::{Cli, Command, FormatName, Source, SweptInputName};
+use slqg::DefaultInput;
+use std::io::{self, IsTerminal, Write};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+/// What ends a command early.
+#[derive(Debug, thiserror::Error)]
+enum Failure {
+    #[error(transparent)]
+    Design(#[from] DesignError),
+    #[error("{0}")]
+    Emit(#[from] EmitError),
+    #[error(transparent)]
+    NotStabilised(#[from] NotStabilised),
+    #[error(transparent)]
+    NotCertified(#[from] NotCertified),
+    #[error(transparent)]
+    NoTask(#[from] NoTask),
+    #[error(transparent)]
+    Preview(#[from] PreviewTooLong),
+    #[error(transparent)]
+    Write(#[from] WriteError),
+    #[error("stdout: cannot be written: {0}")]
+    Stdout(#[from] io::Error),
+}
+
+impl Failure {
+    fn status(&self) -> u8 {
+        match self {
+            Self::NotStabilised(_) | Self::NotCertified(_) | Self::Emit(EmitError::NotStabilised(_)) => 3,
+            Self::Design(_)
+            | Self::NoTask(_)
+            | Self::Preview(_)
+            | Self::Emit(_)
+            | Self::Write(_)
+            | Self::Stdout(_) => 2,
+        }
+    }
+}
+
+/// Reads the command line, does what it asks and returns the exit status.
+pub(crate) fn run() -> ExitCode {
+    let outcome = match Cli::parse().command {
+        Command::Report { source, method, json, margins, horizon, certificate } => {
+            report(&source, method.method(), json, &Additions { margins, horizon, certificate })
+        }
+        Command::Sweep { design, lengths, default_input, json, plot } => {
+            sweep(&design, &lengths, default_input, json, plot.as_deref())
+        }
+        Command::Emit { source, to, horizon, output } => emit(&source, to, horizon, &output),
+    };
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            eprintln!("error: {failure}");
+            ExitCode::from(failure.status())
+        }
+    }
+}
+
+/// What a report is asked for beyond the usual.
+struct Additions {
+    margins: bool,
+    horizon: Option<usize>,
+    certificate: Option<PathBuf>,
+}
+
+fn report(source: &Source, method: Method, json: bool, additions: &Additions) -> Result<(), Failure> {
+    let mut report = solved(&source.load()?, method);
+    match additions.horizon {
+        Some(cycles) => report.find_task(cycles)?,
+        // A task follows its reference without preview gains.
+        None => report.require_preview()?,
+    }
+    if additions.margins {
+        report.find_margins();
+    }
+    if let Some(path) = &additions.certificate {
+        report.certify()?;
+        if let Some(text) = report.certificate_json() {
+            emit::write(path, &text)?;
+        }
+    }
+    print(&if json { report.to_json() } else { report.to_string() })?;
+    Ok(report.require_stable()?)
+}
+
+fn sweep(
+    design: &Path,
+    lengths: &Lengths,
+    default_input: Option<SweptInputName>,
+    json: bool,
+    plot: Option<&Path>,
+) -> Result<(), Failure> {
+    let mut design = Design::load(design)?;
+    let default_inputs = match default_input {
+        None => vec![design.controller.default_input],
+        Some(SweptInputName::Zero) => vec![DefaultInput::Zero],
+        Some(SweptInputName::Hold) => vec![DefaultInput::Hold],
+        Some(SweptInputName::Both) => vec![DefaultInput::Zero, DefaultInput::Hold],
+    };
+    let lengths = lengths.as_slice();
+    let told = format!("solving {:?} for {} lengths", design.name, lengths.len());
+    let sweep = watched(&told, || Sweep::new(&design, lengths, &default_inputs));
+    if let Some(path) = plot {
+        emit::write(path, &sweep.to_svg())?;
+    }
+    print(&if json { sweep.to_json() } else { sweep.to_string() })?;
+    if sweep.is_any_stable() {
+        return Ok(());
+    }
+    // Why not: what the longest of them fails by.
+    design.set_sequence_length(*lengths.last().expect("lengths are never empty"));
+    design.controller.default_input = *default_inputs.last().expect("one default input at least");
+    Ok(solved(&design, Method::InFlight).require_stable()?)
+}
+
+fn emit(source: &Source, to: FormatName, horizon: Option<usize>, output: &Path) -> Result<(), Failure> {
+    let output = match to {
+        FormatName::Rust => Output::text(Format::Rust, output),
+        FormatName::C => Output::c(output)?,
+        FormatName::Json => Output::text(Format::Json, output),
+        FormatName::Blob => Output::blob(output),
+    };
+    let mut report = solved(&source.load()?, Method::InFlight);
+    if let Some(cycles) = horizon {
+        report.find_task(cycles)?;
+    }
+    let origin = source.design.file_name().unwrap_or_default().to_string_lossy();
+    Ok(emit::write_all(&output.files(&report, &origin)?)?)
+}
+
+/// The report; while it is made, a line on the terminal says so.
+fn solved(design: &Design, method: Method) -> Report {
+    let told = format!("solving {:?} for N = {}", design.name, design.controller.sequence_length);
+    watched(&told, || Report::new(design, method))
+}
+
+/// What `work` makes; meanwhile, a line on the terminal tells what is done.
+fn watched<T>(told: &str, work: impl FnOnce() -> T) -> T {
+    let is_watched = io::stderr().is_terminal();
+    if is_watched {
+        eprint!("{told} ..");
+    }
+    let made = work();
+    if is_watched {
+        // Back to the start of the line, and erase it.
+        eprint!("\r\x1b[2K");
+    }
+    made
+}
+
+/// Prints an answer. A reader that has seen enough and closes the pipe is no failure.
+fn print(answer: &str) -> io::Result<()> {
+    let mut stdout = io::stdout().lock();
+    match stdout.write_all(answer.as_bytes()).and_then(|()| stdout.flush()) {
+        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
+        outcome => outcome,
+    }
+}

@@ -1,0 +1,55 @@
+//! Why a design is not written.
+
+use crate::report::NotStabilised;
+use crate::solve::PreviewTooLong;
+use slqg::blob::EncodeError;
+
+/// Why a design is not written.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum EmitError {
+    /// The loop is not shown to be stable.
+    #[error(transparent)]
+    NotStabilised(#[from] NotStabilised),
+    /// The preview that the design asks for is too long.
+    #[error(transparent)]
+    Preview(#[from] PreviewTooLong),
+    /// A number is beyond what the device's scalar can hold.
+    #[error("{table}: found {value:e}, which {scalar} cannot hold; {advice}")]
+    OutOfRange {
+        /// The table with the number.
+        table: &'static str,
+        /// The number.
+        value: f64,
+        /// The scalar's name.
+        scalar: &'static str,
+        /// What to do.
+        advice: &'static str,
+    },
+    /// The law is beyond what a blob can hold.
+    #[error("blob: {0}")]
+    Blob(EncodeError),
+    /// Time-varying gains have no such format.
+    #[error("--horizon: time-varying gains are written as rust or json, not as {format}")]
+    TimeVarying {
+        /// The format asked for.
+        format: &'static str,
+    },
+    /// The device would follow no reference, or send in every cycle, and nobody would be told.
+    #[error("{key}: {format} carries the law alone: {missing} would be missing; write rust or json")]
+    LawAlone {
+        /// The part of the design.
+        key: &'static str,
+        /// The format asked for.
+        format: &'static str,
+        /// What it would leave out.
+        missing: &'static str,
+    },
+    /// C needs a header by that name.
+    #[error("--output: found {path:?} for C; {advice}")]
+    HeaderName {
+        /// The file named.
+        path: String,
+        /// What to do.
+        advice: String,
+    },
+}

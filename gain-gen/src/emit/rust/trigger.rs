@@ -1,0 +1,57 @@
+//! What sending a packet is worth, as Rust source: a checked [`slqg::event::Trigger`].
+
+use super::default_input;
+use crate::emit::EmitError;
+use crate::emit::literal::Table;
+use crate::report::{Report, triangles};
+
+/// The trigger; `None` if the design sends in every cycle.
+pub(super) fn trigger(report: &Report) -> Result<Option<String>, EmitError> {
+    let (Some(event), Some(tables)) = (report.design.event, &report.trigger) else { return Ok(None) };
+    let scalar = report.design.controller.scalar;
+    let send_cost = Table { name: "event.send_cost", scalar };
+    // A price that rounds to zero would send always.
+    send_cost.nonzero(event.send_cost)?;
+    let table = Table { name: "event trigger", scalar };
+    let (states, inputs) = (report.design.plant.states(), report.design.plant.inputs());
+    let (length, expected) = (report.solution.law.length, report.in_flight());
+    let symmetric = |values: &[f64], sizes: &mut dyn Iterator<Item = usize>| -> Result<String, EmitError> {
+        triangles(values, sizes).iter().flatten().map(|row| table.lines(row, row.len(), 16)).collect()
+    };
+    Ok(Some(format!(
+        "\
+/// Cost of sending one control packet, in units of the stage cost.
+#[allow(clippy::approx_constant)]
+pub const SEND_COST: Scalar = {price};
+
+/// Sends a sequence only if it is expected to save more than [`SEND_COST`], given that all later ones are sent.
+///
+/// `state`, {states} x {columns} by rows, weighs states times inputs in flight. The others are symmetric, by rows of their
+/// upper triangles: `in_flight` has one of {columns} rows, and for each cycle in which more has run out one of {inputs} rows
+/// less; `sequence` has {rows} rows.
+#[rustfmt::skip]
+#[allow(clippy::approx_constant)]
+pub static TRIGGER: slqg::event::Trigger<'static, Scalar, STATES, INPUTS> =
+    slqg::event::Trigger::<Scalar, STATES, INPUTS>::new(
+        SEQUENCE_LENGTH,
+        {default},
+        SEND_COST,
+        slqg::event::Tables {{
+            state: &[
+{state}            ],
+            in_flight: &[
+{in_flight}            ],
+            sequence: &[
+{sequence}            ],
+        }},
+    );
+",
+        price = send_cost.number(event.send_cost)?,
+        columns = expected * inputs,
+        rows = length * inputs,
+        default = default_input(report),
+        state = table.lines(&tables.state, expected * inputs, 16)?,
+        in_flight = symmetric(&tables.in_flight, &mut (1..=expected).rev().map(|left| left * inputs))?,
+        sequence = symmetric(&tables.sequence, &mut std::iter::once(length * inputs))?,
+    )))
+}

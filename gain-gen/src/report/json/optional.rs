@@ -1,0 +1,155 @@
+//! Fields that are null, or missing, unless the design or the question asks for them.
+//!
+//! | field | of |
+//! |---|---|
+//! | `margins` | the distances to instability, when asked for |
+//! | `task` | the laws of a task of finite length, when asked for |
+//! | `tracking` | a design with `[tracking]` |
+//! | `event` | a design with `[event]` |
+//!
+//! Symmetric matrices of the trigger are rows of their upper triangle: the first row is whole, the last one number.
+
+use super::{Report, Rows, rows};
+use crate::margins::Margins;
+use serde::Serialize;
+
+/// [`Margins`].
+#[derive(Serialize)]
+pub(super) struct MarginFigures {
+    extra_loss: f64,
+    /// Null: any delay may come.
+    extra_delay_steps: Option<usize>,
+    input_gain_min: f64,
+    input_gain_max: f64,
+}
+
+impl MarginFigures {
+    pub(super) fn of(margins: &Margins) -> Self {
+        Self {
+            extra_loss: margins.extra_loss,
+            extra_delay_steps: margins.extra_delay,
+            input_gain_min: margins.input_gain_min,
+            input_gain_max: margins.input_gain_max,
+        }
+    }
+}
+
+/// A task of finite length: tables by cycle.
+#[derive(Serialize)]
+pub(super) struct Task {
+    cycles: usize,
+    control_cost: Option<f64>,
+    lx: Vec<Rows>,
+    m: Vec<Rows>,
+    cost_to_go: Vec<Rows>,
+    /// `Uff`, `N nu` numbers for each cycle; null without `[tracking]`.
+    feedforward: Option<Rows>,
+    /// What the task costs more if in each cycle the reference is taken to stay as it is; null without `[tracking]`.
+    surprise_cost: Option<f64>,
+}
+
+impl Task {
+    pub(super) fn of(report: &Report) -> Option<Self> {
+        let task = report.task.as_ref()?;
+        let tracked = task.tracked.as_ref();
+        Some(Self {
+            cycles: task.laws.len(),
+            control_cost: report.task_cost(),
+            lx: task.laws.iter().map(|law| rows(&law.lx)).collect(),
+            m: task.laws.iter().map(|law| rows(&law.m)).collect(),
+            cost_to_go: task.cost_to_go.iter().map(rows).collect(),
+            feedforward: tracked
+                .map(|tracked| tracked.feedforward.iter().map(|inputs| inputs.as_slice().to_vec()).collect()),
+            surprise_cost: report.surprise_cost(),
+        })
+    }
+}
+
+/// What follows a reference. Without a steady state all but `z` is null.
+#[derive(Serialize)]
+pub(super) struct Tracking {
+    /// `Z`, `nz x nx`: the tracked outputs are `z = Z x`.
+    z: Rows,
+    /// Reference samples known ahead, `T`; 1 for a set point.
+    preview: Option<usize>,
+    /// Share of the gains that belongs to samples beyond them.
+    tail: Option<f64>,
+    /// `[Gamma_1 .. Gamma_T]`, `(N nu) x (T nz)`: `Uff = sum_t Gamma_t z_{k+t}`.
+    gains: Option<Rows>,
+    /// `(n_v nu) x (T nz)`: what the inputs in flight are worth towards the reference; null without `[event]`.
+    displaced: Option<Rows>,
+    /// Cost per cycle of standing at the set point; null without one.
+    standing_cost: Option<f64>,
+}
+
+impl Tracking {
+    pub(super) fn of(report: &Report) -> Option<Self> {
+        let tracking = report.design.tracking.as_ref()?;
+        let gains = report.preview.as_ref().and_then(|gains| gains.as_ref().ok());
+        Some(Self {
+            z: rows(&tracking.z),
+            preview: gains.map(|gains| gains.samples),
+            tail: gains.map(|gains| gains.tail),
+            gains: gains.map(|gains| rows(&gains.sequence)),
+            displaced: gains.filter(|_| report.trigger.is_some()).map(|gains| rows(&gains.displaced)),
+            standing_cost: gains.and_then(|gains| gains.standing_cost),
+        })
+    }
+}
+
+/// What sending is worth, as in [`slqg::event::Tables`]. Without a steady state all but `send_cost` is null.
+#[derive(Serialize)]
+pub(super) struct Event {
+    /// Of one packet, in units of the stage cost.
+    send_cost: f64,
+    /// `nx x (n_v nu)`.
+    state: Option<Rows>,
+    /// `W_s` for `s = 0..n_v-1`, symmetric of `(n_v - s) nu` rows.
+    in_flight: Option<Vec<Rows>>,
+    /// `Rbar`, symmetric of `N nu` rows.
+    sequence: Option<Rows>,
+}
+
+impl Event {
+    pub(super) fn of(report: &Report) -> Option<Self> {
+        let send_cost = report.design.event?.send_cost;
+        let (inputs, states) = (report.design.plant.inputs(), report.design.plant.states());
+        let (tables, expected) = (report.trigger.as_ref(), report.in_flight() * inputs);
+        let row = |row: usize, values: &[f64]| values[row * expected..(row + 1) * expected].to_vec();
+        Some(Self {
+            send_cost,
+            state: tables.map(|tables| (0..states).map(|at| row(at, &tables.state)).collect()),
+            in_flight: tables.map(|tables| {
+                triangles(
+                    &tables.in_flight,
+                    (1..=report.in_flight()).rev().map(|inputs_left| inputs_left * inputs),
+                )
+            }),
+            sequence: tables.and_then(|tables| {
+                triangles(&tables.sequence, [report.design.controller.sequence_length * inputs]).pop()
+            }),
+        })
+    }
+}
+
+/// The rows of upper triangles that stand one after the other in `values`; `sizes`: rows of each.
+pub(crate) fn triangles(mut values: &[f64], sizes: impl IntoIterator<Item = usize>) -> Vec<Rows> {
+    let mut row = |length: usize| {
+        let (row, rest) = values.split_at(length);
+        values = rest;
+        row.to_vec()
+    };
+    sizes.into_iter().map(|size| (1..=size).rev().map(&mut row).collect()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::triangles;
+
+    #[test]
+    fn triangles_are_taken_apart_row_by_row() {
+        let found = triangles(&[1.0, 2.0, 3.0, 4.0], [2, 1]);
+        assert_eq!(found, [vec![vec![1.0, 2.0], vec![3.0]], vec![vec![4.0]]]);
+        assert!(triangles(&[], []).is_empty());
+    }
+}

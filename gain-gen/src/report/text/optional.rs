@@ -1,0 +1,135 @@
+//! Sections that only some reports have: tracking, event trigger, margins, a task.
+
+use super::super::Report;
+use super::super::figure::{counted, figure, percent};
+use super::line;
+use crate::design::{Goal, SetPoint};
+use crate::margins::LARGEST_INPUT_GAIN;
+use core::fmt::{self, Formatter};
+use nalgebra::DVector;
+use slqg::DefaultInput;
+
+impl Report {
+    pub(super) fn tracking(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let (Some(tracking), Some(preview)) = (&self.design.tracking, &self.preview) else { return Ok(()) };
+        let outputs = counted(tracking.outputs(), "output");
+        let gains = match preview {
+            Ok(gains) => gains,
+            Err(too_long) => {
+                writeln!(f, "\nTracking: {outputs}")?;
+                return line(f, "preview", format!("none: {too_long}"));
+            }
+        };
+        match &tracking.goal {
+            Goal::Trajectory(trajectory) => {
+                let given =
+                    if trajectory.reference.is_some() { "of the design" } else { "given at run time" };
+                writeln!(f, "\nTracking: {outputs}, reference {given}")?;
+                line(f, "preview", format!("{} ahead", self.steps(gains.samples as f64)))?;
+                line(
+                    f,
+                    "beyond the preview",
+                    format!(
+                        "{:<12}of the gains are for later samples, taken to equal the last",
+                        percent(gains.tail)
+                    ),
+                )
+            }
+            Goal::SetPoint(set_point) => {
+                writeln!(f, "\nTracking: {outputs} at the set point {}", spelled(&set_point.value))?;
+                self.set_point(f, set_point, gains.standing_cost.unwrap_or(0.0))
+            }
+        }
+    }
+
+    fn set_point(&self, f: &mut Formatter<'_>, set_point: &SetPoint, standing_cost: f64) -> fmt::Result {
+        let input = &set_point.input * &set_point.value;
+        line(f, "input that holds it", spelled(&input))?;
+        let (cost, on_top) = (figure(standing_cost), "per step, on top of the long-run cost");
+        line(f, "standing cost", format!("{cost:<12}{on_top}"))?;
+        let runs_dry = self.design.controller.default_input == DefaultInput::Zero;
+        if runs_dry && standing_cost > 0.0 && input.amax() > 0.0 {
+            line(
+                f,
+                "",
+                "as zero input is applied when the buffer runs dry; with default input hold it is 0",
+            )?;
+        }
+        Ok(())
+    }
+
+    pub(super) fn event(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let (Some(event), Some(_)) = (self.design.event, &self.trigger) else { return Ok(()) };
+        writeln!(f, "\nEvent trigger")?;
+        line(
+            f,
+            "send cost",
+            format!("{:<12}per packet, in units of the stage cost", figure(event.send_cost)),
+        )?;
+        // Of a reference that moves the cost depends on the reference.
+        let standing = match &self.preview {
+            None => Some(0.0),
+            Some(gains) => gains.as_ref().ok().and_then(|gains| gains.standing_cost),
+        };
+        let Some(standing) = standing else { return Ok(()) };
+        let most = figure(self.estimation.cost_upper + standing + event.send_cost);
+        line(
+            f,
+            "long-run cost",
+            format!("at most {most} per step, packets and estimation included: that of sending always"),
+        )
+    }
+
+    pub(super) fn margins(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let Some(margins) = self.margins else { return Ok(()) };
+        writeln!(f, "\nMargins, state known, controller as designed")?;
+        let loss = match margins.extra_loss {
+            1.0 => "stable even if all are lost".into(),
+            share => format!("{:<12}of the packets that arrive may be lost in addition", percent(share)),
+        };
+        line(f, "extra loss", loss)?;
+        let delay = match (margins.extra_delay, margins.rate_beyond_extra_delay) {
+            (Some(0), Some(rate)) => format!("none; one step on every packet gives rate {}", figure(rate)),
+            (Some(steps), Some(rate)) => {
+                let late = self.steps(steps as f64);
+                format!("{late} on every packet; with one more, rate {}", figure(rate))
+            }
+            _ => "stable however late packets come".into(),
+        };
+        line(f, "extra delay", delay)?;
+        let least = match margins.input_gain_min {
+            0.0 => "0 (needs no input)".into(),
+            least if least < 1e-6 => "just above 0".into(),
+            least => figure(least),
+        };
+        let most = match margins.input_gain_max {
+            LARGEST_INPUT_GAIN => "beyond 100".into(),
+            most => figure(most),
+        };
+        line(f, "input gain", format!("from {least} to {most}, times the design's B"))
+    }
+
+    pub(super) fn task(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let (Some(task), Some(cost)) = (&self.task, self.task_cost()) else { return Ok(()) };
+        let cycles = task.laws.len();
+        writeln!(f, "\nTask of {}", self.steps(cycles as f64))?;
+        let known = if task.tracked.is_some() { ", reference known ahead" } else { "" };
+        line(f, "expected cost", format!("{:<12}of the whole task, state known{known}", figure(cost)))?;
+        if let Some(surprise) = self.surprise_cost() {
+            let unaware = "more if in each step the reference is taken to stay as it is";
+            line(f, "not known ahead", format!("{:<12}{unaware}", figure(surprise)))?;
+        }
+        let gains: usize = task.laws.iter().map(|law| law.lx.len() + law.m.len()).sum();
+        let (tables, numbers) = match &task.tracked {
+            None => ("Lx, M", gains),
+            Some(tracked) => {
+                ("Lx, M, Uff", gains + tracked.feedforward.iter().map(|inputs| inputs.len()).sum::<usize>())
+            }
+        };
+        line(f, tables, format!("{} for all cycles together", counted(numbers, "number")))
+    }
+}
+
+fn spelled(values: &DVector<f64>) -> String {
+    format!("[{}]", values.iter().map(|&value| figure(value)).collect::<Vec<_>>().join(", "))
+}

@@ -1,0 +1,116 @@
+//! What sending is worth by the thesis' own matrices: (5.8)-(5.12), (5.14), (5.15) with their misprints mended.
+//!
+//! One cost matrix for each age and for each history of decisions, `2^(N-1)` of them, with `n = nx + nu N (N-1) / 2` rows.
+//! It is what [`slqg::event`] is checked against, and shares nothing with it but the rank-revealing solve.
+
+use super::{
+    LoopProblem,
+    coupled::{CoupledRecursion, settle},
+    iterate::Recursion,
+};
+use nalgebra::{DMatrix, DVector};
+
+/// The thesis' event-triggered loop in steady state.
+pub struct Rollout<'p> {
+    problem: &'p LoopProblem,
+    /// `Kbar(i)`: cost-to-go once every packet that may be under way was sent. Corollary 5.1.
+    always: Vec<DMatrix<f64>>,
+}
+
+/// What is known when it is decided.
+#[derive(Debug, Clone)]
+pub struct Situation {
+    /// Estimate of the state, `nx`.
+    pub state: DVector<f64>,
+    /// `rho`, thesis (3.26), and with hold the input applied last. What stands for packets never sent does not count.
+    pub sent: DVector<f64>,
+    /// Whether the packet of age `a = 1..N-1` was sent.
+    pub was_sent: Vec<bool>,
+    /// Age acknowledged for the cycle before; `N` for an empty buffer.
+    pub age: usize,
+}
+
+impl<'p> Rollout<'p> {
+    /// Solves the coupled recursion; `None` unless it converges.
+    pub fn new(problem: &'p LoopProblem) -> Option<Self> {
+        let (recursion, ending) = settle(problem);
+        (ending.outcome == super::Outcome::Converged)
+            .then_some(Self { problem, always: recursion.cost_to_go })
+    }
+
+    /// `C(not send) - C(send)` without the cost of the packet, given that every later one is sent: thesis Lemma 5.1.
+    pub fn benefit(&self, situation: &Situation) -> f64 {
+        let nx = self.problem.a.nrows();
+        let mut augmented = DVector::zeros(nx + situation.sent.len());
+        augmented.rows_mut(0, nx).copy_from(&situation.state);
+        augmented.rows_mut(nx, situation.sent.len()).copy_from(&situation.sent);
+        let cost = |send: bool| {
+            let cost = self.cost_to_go(&situation.was_sent, send);
+            augmented.dot(&(&cost[situation.age] * &augmented))
+        };
+        cost(false) - cost(true)
+    }
+
+    /// `K_k(i)` for this history and this decision, by the last `N` steps of (5.12).
+    fn cost_to_go(&self, was_sent: &[bool], send: bool) -> Vec<DMatrix<f64>> {
+        let length = self.problem.length;
+        let mut recursion = CoupledRecursion::new(self.problem, &self.problem.q);
+        recursion.cost_to_go.clone_from(&self.always);
+        // From cycle k + N on, no packet whose sending is in doubt is of use.
+        for ahead in (0..length).rev() {
+            let is_sent = |age: usize| match age.cmp(&ahead) {
+                std::cmp::Ordering::Less => true,
+                std::cmp::Ordering::Equal => send,
+                std::cmp::Ordering::Greater => was_sent.get(age - ahead - 1).copied().unwrap_or(true),
+            };
+            recursion.transitions = transitions(self.problem, is_sent);
+            recursion.step();
+        }
+        recursion.cost_to_go
+    }
+}
+
+/// (5.8): transition probabilities of the age where a packet of age `a` was sent iff `is_sent(a)`.
+fn transitions(problem: &LoopProblem, is_sent: impl Fn(usize) -> bool) -> DMatrix<f64> {
+    let length = problem.length;
+    let survival = problem.survival();
+    // P(arrives now | not earlier), q-check of (3.21).
+    let arrives = |age: usize| {
+        let before = if age == 0 { 1.0 } else { survival[age - 1] };
+        if is_sent(age) && before > 0.0 { (before - survival[age]) / before } else { 0.0 }
+    };
+    let none_up_to = |age: usize| (0..=age).map(|a| 1.0 - arrives(a)).product::<f64>();
+    DMatrix::from_fn(length + 1, length + 1, |from, to| {
+        if to < length && to <= from {
+            arrives(to) * (0..to).map(|age| 1.0 - arrives(age)).product::<f64>()
+        } else if to == from + 1 || (to == length && from == length) {
+            none_up_to(from.min(length - 1))
+        } else {
+            0.0
+        }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{design::DelayDistribution, solve::age_transitions};
+    use slqg::DefaultInput;
+
+    #[test]
+    fn the_age_of_a_loop_that_always_sends_is_the_usual_chain() {
+        let problem = LoopProblem {
+            a: DMatrix::identity(1, 1),
+            b: DMatrix::identity(1, 1),
+            q: DMatrix::identity(1, 1),
+            r: DMatrix::identity(1, 1),
+            link: DelayDistribution::new(vec![0.3, 0.25, 0.2, 0.1]).expect("a distribution"),
+            length: 3,
+            default_input: DefaultInput::Zero,
+        };
+        let always = transitions(&problem, |_| true);
+        assert!((always - age_transitions(&problem.link, 3)).amax() < 1e-15);
+        let never = transitions(&problem, |_| false);
+        assert_eq!(never, DMatrix::from_fn(4, 4, |i, j| f64::from(u8::from(j == (i + 1).min(3)))));
+    }
+}

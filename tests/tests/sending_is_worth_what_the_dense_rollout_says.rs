@@ -1,0 +1,178 @@
+//! The event trigger's benefit is the thesis' difference of costs (Lemma 5.1), computed from its own matrices for each
+//! history of decisions.
+
+use gain_gen::{
+    design::DelayDistribution,
+    solve::{LoopProblem, Method, Rollout, Situation, TriggerTables, solve, trigger_tables},
+};
+use nalgebra::{DMatrix, DVector, SVector};
+use proptest::prelude::*;
+use proptest::strategy::ValueTree;
+use proptest::test_runner::TestRunner;
+use slqg::{
+    DefaultInput, Tick,
+    actuator::Age,
+    event::{Candidate, Trigger},
+    gains::{Gains, Tables},
+    in_flight::InFlight,
+    sequence::ControlSequence,
+};
+
+const STATES: usize = 3;
+const INPUTS: usize = 2;
+const LONGEST: usize = 5;
+/// Loops per length and default input, and situations for each of them: 500 of each default input.
+const LOOPS: usize = 10;
+const SITUATIONS: usize = 10;
+const NOW: Tick = Tick(1000);
+
+fn numbers(count: usize) -> impl Strategy<Value = Vec<f64>> {
+    proptest::collection::vec(-1.0..1.0, count)
+}
+
+fn weight(root: &[f64], size: usize, floor: f64) -> DMatrix<f64> {
+    let root = DMatrix::from_row_slice(size, size, root);
+    &root * root.transpose() + DMatrix::identity(size, size) * floor
+}
+
+fn problems(length: usize, default_input: DefaultInput) -> impl Strategy<Value = LoopProblem> {
+    let matrices = (numbers(9), numbers(6), numbers(9), numbers(4));
+    let link = (proptest::collection::vec(0u32..100, 1..7), 1u32..60);
+    (matrices, link).prop_map(move |((a, b, q, r), (weights, loss))| {
+        let total = f64::from(weights.iter().sum::<u32>() + loss);
+        let delays = weights.iter().map(|&weight| f64::from(weight) / total).collect();
+        LoopProblem {
+            a: DMatrix::from_row_slice(STATES, STATES, &a),
+            b: DMatrix::from_row_slice(STATES, INPUTS, &b),
+            q: weight(&q, STATES, 0.1),
+            r: weight(&r, INPUTS, 0.2),
+            link: DelayDistribution::new(delays).expect("a distribution"),
+            length,
+            default_input,
+        }
+    })
+}
+
+/// What may be known when it is decided: estimate, packets of age 1 to N (by index), which of them were sent, the age
+/// acknowledged, the input applied last.
+#[derive(Debug, Clone)]
+struct Known {
+    state: SVector<f64, STATES>,
+    packets: Vec<Vec<SVector<f64, INPUTS>>>,
+    was_sent: Vec<bool>,
+    age: usize,
+    last_input: SVector<f64, INPUTS>,
+}
+
+fn knowns(length: usize) -> impl Strategy<Value = Known> {
+    let sent = proptest::collection::vec(any::<bool>(), LONGEST);
+    (numbers(STATES + INPUTS), numbers(LONGEST * LONGEST * INPUTS), sent, 0..=length).prop_map(
+        move |(known, entries, mut was_sent, age)| {
+            was_sent.truncate(length.saturating_sub(1));
+            if let Some(played) = was_sent.get_mut(age) {
+                // What was played was sent.
+                *played = true;
+            }
+            Known {
+                state: SVector::from_row_slice(&known[..STATES]),
+                packets: (0..length)
+                    .map(|packet| {
+                        let entry = |at: usize| {
+                            SVector::from_fn(|row, _| entries[(packet * LONGEST + at) * INPUTS + row])
+                        };
+                        (0..length).map(entry).collect()
+                    })
+                    .collect(),
+                was_sent,
+                age,
+                last_input: SVector::from_row_slice(&known[STATES..]),
+            }
+        },
+    )
+}
+
+impl Known {
+    /// As the thesis writes it.
+    fn situation(&self, default_input: DefaultInput) -> Situation {
+        let length = self.packets.len();
+        let packets = (1..length).flat_map(|age| &self.packets[age - 1][age..]);
+        let held = (default_input == DefaultInput::Hold).then_some(&self.last_input);
+        let sent: Vec<f64> = packets.chain(held).flat_map(|input| input.iter().copied()).collect();
+        Situation {
+            state: DVector::from_column_slice(self.state.as_slice()),
+            sent: DVector::from_vec(sent),
+            was_sent: self.was_sent.clone(),
+            age: self.age,
+        }
+    }
+
+    /// As a controller remembers it.
+    fn in_flight(&self) -> InFlight<f64, INPUTS, LONGEST, 1> {
+        let length = self.packets.len();
+        let mut in_flight = InFlight::default();
+        for age in (1..length).rev() {
+            let sequence = ControlSequence {
+                tick: NOW - age as u32,
+                inputs: self.packets[age - 1].iter().copied().collect(),
+            };
+            in_flight.push(self.was_sent[age - 1].then_some(sequence));
+        }
+        let age = if self.age < length { Age::Steps(self.age as u8) } else { Age::Empty };
+        in_flight.acknowledge(age, self.last_input);
+        in_flight
+    }
+}
+
+/// The benefit as a device computes it, in `f64`.
+fn benefit(gains: &Gains<'_, f64, STATES, INPUTS>, tables: &TriggerTables, known: &Known) -> f64 {
+    let trigger =
+        Trigger::<f64, STATES, INPUTS>::check(gains.length(), gains.default_input(), 1.0, tables.as_tables())
+            .expect("tables of the right shape");
+    let in_flight = known.in_flight();
+    let expected = in_flight.expected_inputs(gains);
+    let inputs = gains.sequence::<LONGEST>(&known.state, &expected);
+    let candidate =
+        Candidate { posterior_mean: &known.state, expected: &expected, inputs: &inputs, displaced: &[] };
+    trigger.benefit(gains, &in_flight, candidate)
+}
+
+fn agrees(default_input: DefaultInput) {
+    let mut runner = TestRunner::deterministic();
+    let (mut compared, mut worst) = (0, 0.0_f64);
+    for length in 1..=LONGEST {
+        let mut loops = 0;
+        while loops < LOOPS {
+            let problem = problems(length, default_input).new_tree(&mut runner).expect("a problem").current();
+            let solution = solve(&problem, Method::InFlight);
+            let (Some(tables), Some(rollout)) = (trigger_tables(&problem, &solution), Rollout::new(&problem))
+            else {
+                continue;
+            };
+            loops += 1;
+            let law = &solution.law;
+            let (lx, m) = (law.lx.transpose(), law.m.transpose());
+            let arrays = Tables { lx: lx.as_slice(), m: m.as_slice(), arrival: &law.arrival };
+            let gains = Gains::<f64, STATES, INPUTS>::check(length, default_input, arrays).expect("gains");
+            for _ in 0..SITUATIONS {
+                let known = knowns(length).new_tree(&mut runner).expect("a situation").current();
+                let expected = rollout.benefit(&known.situation(default_input));
+                let found = benefit(&gains, &tables, &known);
+                let difference = (found - expected).abs() / expected.abs().max(1e-3);
+                worst = worst.max(difference);
+                assert!(difference < 1e-9, "N = {length}: {found} for {expected}, {known:?}");
+                compared += 1;
+            }
+        }
+    }
+    eprintln!("{default_input:?}: {compared} situations, worst relative difference {worst:.1e}");
+}
+
+#[test]
+fn with_zero_default_input_on_500_random_situations() {
+    agrees(DefaultInput::Zero);
+}
+
+#[test]
+fn with_hold_default_input_on_500_random_situations() {
+    agrees(DefaultInput::Hold);
+}
