@@ -14,6 +14,7 @@ fn main() {
     for design in ["pendulum", "pendulum_event", "drive_tracking", "drive_event"] {
         compile(format!("../../designs/{design}.toml"));
     }
+    Compile::new("../../designs/double_integrator_bad.toml").sequence_length(6).name("integrator").run();
     // The pendulum's force held where the design has it fall to zero.
     let pendulum_hold = Compile::new("../../designs/pendulum.toml").default_input(DefaultInput::Hold);
     pendulum_hold.name("pendulum_hold").run();

@@ -178,7 +178,34 @@ fn text_report_gives_the_figures_with_their_units() {
     ] {
         assert!(shown.contains(part), "no {part:?} in\n{shown}");
     }
-    assert!(shown.lines().count() <= 40, "more than a screen");
+    assert!(shown.lines().count() <= 41, "more than a screen");
+}
+
+#[test]
+fn the_report_says_what_is_acknowledged_and_what_its_figures_hold_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let caveat = "costs hold for instant acknowledgement; here the costs are lower bounds";
+    for (acknowledgement, line, estimator, cycles) in [
+        ("\"instant\"", "acknowledgement     instant; estimator single\n", "single", Some(8)),
+        ("\"none\"", "acknowledgement     none; estimator single\n", "single", None),
+        (
+            "{ delays = [0.5, 0.25] }\nacknowledged_cycles = 3",
+            "acknowledgement     mean delay 0.3333 steps = 0.006667 s, 25.00 % lost, 3 cycles in each; estimator single\n",
+            "single",
+            Some(3),
+        ),
+    ] {
+        let changes = [("acknowledgement = \"instant\"", format!("acknowledgement = {acknowledgement}"))];
+        let changes = changes.each_ref().map(|(from, to)| (*from, to.as_str()));
+        let design = altered(folder.path(), &example("pendulum"), &changes);
+        let output = gain_gen("report", &design, &[]);
+        assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+        let shown = text(&output.stdout);
+        assert!(shown.contains(line), "no {line:?} in\n{shown}");
+        assert_eq!(shown.contains(caveat), acknowledgement != "\"instant\"", "{shown}");
+        let found = object(&gain_gen("report", &design, &["--json"]));
+        assert_eq!((&found["estimator"], &found["acknowledged_cycles"]), (&estimator.into(), &cycles.into()));
+    }
 }
 
 #[test]
@@ -243,6 +270,7 @@ fn emitted_json_is_the_report_with_model_and_settings() {
     assert_eq!((&written["format"], &written["format_version"]), (&"slqg-gains".into(), &1.into()));
     assert_eq!((&written["sample_time"], &written["scalar"]), (&0.02.into(), &"f32".into()));
     assert_eq!((&written["measurement_buffer"], &written["input_limits"]), (&11.into(), &Value::Null));
+    assert_eq!((&written["estimator"], &written["acknowledged_cycles"]), (&"single".into(), &8.into()));
     let model = &written["model"];
     for (field, expected) in [
         ("a", (4, 4)),

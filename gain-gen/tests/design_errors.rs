@@ -37,8 +37,10 @@ const MOTOR: Base = Base {
     ],
     optional: &[
         "network.acknowledgement",
+        "network.acknowledged_cycles",
         "controller.default_input",
         "controller.measurement_buffer",
+        "controller.estimator",
         "controller.scalar",
         "controller.input_limits",
     ],

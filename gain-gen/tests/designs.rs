@@ -6,6 +6,7 @@ use gain_gen::design::{
 };
 use nalgebra::DMatrix;
 use slqg::DefaultInput;
+use slqg::estimator::Merging;
 use std::path::{Path, PathBuf};
 
 const GOOD: [f64; 11] = [
@@ -195,12 +196,14 @@ controller.sequence_length = 0x2
 fn keys_left_out_take_their_defaults() {
     let design = Design::parse(SHORT, "tank").unwrap();
     assert_eq!(design.network.acknowledgement, Acknowledgement::Instant);
+    assert_eq!(design.network.acknowledged_cycles, 8);
     let settings = design.controller;
     assert_eq!(settings.default_input, DefaultInput::Zero);
     assert_eq!(settings.scalar, DeviceScalar::F32);
     assert_eq!(settings.input_limits, None);
     // Thesis (3.34): the largest delay that occurs on the way of the measurements.
     assert_eq!((settings.sequence_length, settings.measurement_buffer), (2, 2));
+    assert_eq!(settings.estimator, Merging::Single);
     assert_eq!((design.tracking, design.event), (None, None));
 }
 
@@ -212,15 +215,51 @@ controller.default_input = "hold"
 controller.scalar = "f64"
 controller.measurement_buffer = 0
 controller.input_limits = [[-1, 2.5]]
+controller.estimator = "gpb2"
 network.acknowledgement.delays = [0.25, 0.5]
+network.acknowledged_cycles = 1
 "#;
     let design = Design::parse(&text, "tank").unwrap();
     assert_eq!(design.network.acknowledgement, Acknowledgement::Delays(link(&[0.25, 0.5])));
+    assert_eq!(design.network.acknowledged_cycles, 1);
     let settings = design.controller;
+    assert_eq!(settings.estimator, Merging::Gpb2);
     assert_eq!((settings.default_input, settings.scalar), (DefaultInput::Hold, DeviceScalar::F64));
     assert_eq!((settings.measurement_buffer, settings.input_limits), (0, Some(vec![(-1.0, 2.5)])));
-    let never = text.replace("acknowledgement.delays = [0.25, 0.5]", "acknowledgement = \"none\"");
+    let never = format!("{SHORT}network.acknowledgement = \"none\"");
     assert_eq!(Design::parse(&never, "tank").unwrap().network.acknowledgement, Acknowledgement::None);
+}
+
+#[test]
+fn ages_are_kept_apart_where_the_design_says_so() {
+    for acknowledgement in ["\"instant\"", "\"none\"", "{ delays = [1] }"] {
+        let text = format!("{SHORT}network.acknowledgement = {acknowledgement}\n");
+        assert_eq!(Design::parse(&text, "tank").unwrap().controller.estimator, Merging::Single);
+        for (word, merging) in [("single", Merging::Single), ("imm", Merging::Imm), ("gpb2", Merging::Gpb2)] {
+            let design = Design::parse(&format!("{text}controller.estimator = \"{word}\""), "tank").unwrap();
+            assert_eq!(design.controller.estimator, merging, "{acknowledgement}");
+        }
+    }
+}
+
+#[test]
+fn the_history_reaches_back_to_the_latest_measurement_and_acknowledgement() {
+    for (buffer, acknowledgement, history) in [
+        (0, "\"instant\"", 2),
+        (3, "\"instant\"", 4),
+        (3, "\"none\"", 4),
+        // Eight cycles are told, delay 0 being about the one before the current one.
+        (0, "{ delays = [1] }", 9),
+        (0, "{ delays = [0.5, 0, 0.25, 0] }", 11),
+        (10, "{ delays = [0.5, 0, 0.25, 0] }", 11),
+        (11, "{ delays = [0.5, 0, 0.25, 0] }", 12),
+    ] {
+        let text = format!(
+            "{SHORT}controller.measurement_buffer = {buffer}\nnetwork.acknowledgement = {acknowledgement}"
+        );
+        let design = Design::parse(&text, "tank").unwrap();
+        assert_eq!(design.history(), history, "{buffer} {acknowledgement}");
+    }
 }
 
 #[test]

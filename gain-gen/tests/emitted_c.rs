@@ -83,12 +83,14 @@ fn hex<T: Scalar, const D: usize>(vector: &SVector<T, D>) -> String {
     vector.iter().map(bits).collect()
 }
 
-/// The core's law over the same cycles: what the controller node does, with the state given.
+/// The core's law over the same cycles, with the state given: what is not acknowledged is held to have played on.
 struct Core<'g, T: Scalar, const NX: usize, const NU: usize, const N: usize> {
     gains: &'g Gains<'g, T, NX, NU>,
     actuator: Settings<T, NU>,
     tick: Tick,
     in_flight: InFlight<T, NU, N, 2>,
+    /// What is held to have been played in the last cycle.
+    played: (Age, SVector<T, NU>),
     /// The input of the cycle before the last.
     held: SVector<T, NU>,
 }
@@ -100,14 +102,19 @@ impl<T: Scalar, const NX: usize, const NU: usize, const N: usize> Core<'_, T, NX
         Some(self.actuator.saturate(&input))
     }
 
+    fn set_played(&mut self, age: Age, input: SVector<T, NU>) {
+        self.played = (age, input);
+        self.in_flight.acknowledge(age, input);
+    }
+
     fn cycle(&mut self, cycle: &Cycle<T, NX>) -> String {
         let applied =
             cycle.acknowledgement.map(|age| self.applied(self.tick - 1, age).map(|input| (age, input)));
         if let Some(Some((age, input))) = applied {
-            self.in_flight.acknowledge(age, input);
+            self.set_played(age, input);
         }
         let believed = applied.map_or(2, |applied| u8::from(applied.is_some()));
-        let mut line = format!("{believed}{}", hex(self.in_flight.last_input()));
+        let mut line = format!("{believed}{}", hex(&self.played.1));
         let mut sent = None;
         if !matches!(cycle.action, Action::Skipped) {
             let inputs = self.gains.sequence(&cycle.state, &self.in_flight.expected_inputs(self.gains));
@@ -121,10 +128,10 @@ impl<T: Scalar, const NX: usize, const NU: usize, const N: usize> Core<'_, T, NX
             }
         }
         self.in_flight.push(sent);
-        self.held = *self.in_flight.last_input();
-        let age = self.in_flight.last_age().played_on(N);
+        self.held = self.played.1;
+        let age = self.played.0.played_on(N);
         let input = self.applied(self.tick, age).unwrap_or_else(SVector::zeros);
-        self.in_flight.acknowledge(age, input);
+        self.set_played(age, input);
         self.tick += 1;
         line
     }
@@ -185,6 +192,7 @@ fn meets<T: Scalar, const NX: usize, const NU: usize, const N: usize>(
         actuator: settings(report),
         tick: FIRST_TICK,
         in_flight: InFlight::default(),
+        played: (Age::Empty, SVector::zeros()),
         held: SVector::zeros(),
     };
     let mut draws = Draws(7);

@@ -8,7 +8,7 @@ use nalgebra::{DMatrix, DVector, SVector};
 use slqg::actuator::Age;
 use slqg::gains::{Gains, Tables};
 use slqg::in_flight::PlayOut;
-use slqg::{DefaultInput, Scalar, Tick};
+use slqg::{DefaultInput, Scalar, Tick, wire};
 use std::path::{Path, PathBuf};
 
 mod draws;
@@ -26,13 +26,21 @@ mod crane {
     include!("generated/crane.rs");
 }
 
+/// Acknowledgements late and lost.
+#[allow(dead_code, unreachable_pub)]
+mod winch {
+    include!("generated/winch.rs");
+}
+
 const DRAWS: usize = 1000;
 
 /// Design file and committed source.
-fn paths() -> [(PathBuf, PathBuf); 4] {
+fn paths() -> [(PathBuf, PathBuf); 5] {
     let here = Path::new(env!("CARGO_MANIFEST_DIR"));
     let pendulum = "../designs/pendulum.toml";
-    [pendulum, "tests/data/crane.toml", "tests/data/lift.toml", "tests/data/hoist.toml"].map(|design| {
+    let of_tests = ["crane", "lift", "hoist", "winch"].map(|name| format!("tests/data/{name}.toml"));
+    let [crane, lift, hoist, winch] = of_tests.each_ref().map(String::as_str);
+    [pendulum, crane, lift, hoist, winch].map(|design| {
         let design = here.join(design);
         let source = here.join("tests/generated").join(design.file_name().unwrap()).with_extension("rs");
         (design, source)
@@ -178,4 +186,30 @@ fn generated_nodes_close_the_loop() {
     let applied = actuator.step();
     assert_eq!((applied.age, applied.input), (Age::Steps(0), expected[0]));
     assert!(crane::Controller::new(crane::DESIGN, Tick(0)).is_ok());
+}
+
+#[test]
+fn a_generated_estimator_reckons_with_all_that_may_have_been_played_until_it_is_told() {
+    let mut controller = winch::Controller::new(winch::DESIGN, Tick(0)).expect("it is made for the design");
+    let mut actuator = winch::Actuator::new(winch::ACTUATOR, Tick(0));
+    let mut buffer = [0; 64];
+    for _ in 0..2 {
+        let sent = controller.cycle(&mut buffer).expect("three inputs fit").expect("they are finite");
+        actuator.receive(sent).expect("both ends are made for the same design");
+        actuator.step();
+    }
+    // Nothing was acknowledged. Beside the packet of cycle 1 that of cycle 0 may have been played, or the default input.
+    let mut untold = controller.clone();
+    untold.cycle(&mut buffer).expect("three inputs fit").expect("they are finite");
+    let ages: std::vec::Vec<_> = untold.estimator().modes().expect("a cycle is over").iter().collect();
+    assert!(ages.iter().map(|(age, _)| *age).eq([Age::Steps(0), Age::Steps(1), Age::Empty]), "{ages:?}");
+    assert!((ages[0].1 - winch::DESIGN.arrives_at_once).abs() < 1e-6, "{ages:?}");
+
+    let told = actuator.acknowledgement(winch::ACKNOWLEDGED_CYCLES).expect("two cycles are over");
+    assert_eq!(told.ages, [Age::Steps(0); 2]);
+    let frame = wire::encode_acknowledgement::<f32>(&told, &mut buffer).expect("it fits");
+    controller.receive(frame).expect("the last cycle is remembered");
+    controller.cycle(&mut buffer).expect("three inputs fit").expect("they are finite");
+    assert_eq!(controller.estimator().modes().and_then(|modes| modes.known()), Some(Age::Steps(0)));
+    assert_ne!(controller.estimator().posterior_mean(), untold.estimator().posterior_mean());
 }

@@ -2,8 +2,14 @@
 //!
 //! Exit status: 0 done; 2 the input is wrong; 3 the loop cannot be stabilised.
 
-use clap::{Args, Parser, Subcommand};
-use gain_gen::{design::Design, emit, lengths::Lengths, report::Report, solve::Method};
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use gain_gen::{
+    design::{Acknowledgement, DelayDistribution, Design},
+    emit,
+    lengths::Lengths,
+    report::Report,
+    solve::Method,
+};
 use host_sim::{
     contender::{Contender, ContenderError, Kind},
     monte_carlo::{Outcome, Plan, Simulate},
@@ -11,6 +17,7 @@ use host_sim::{
     size_class::{self, dispatch},
 };
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use slqg::estimator::Merging;
 use std::{
     fmt::Display,
     path::{Path, PathBuf},
@@ -57,10 +64,20 @@ struct Options {
     design: PathBuf,
     /// Controllers to simulate, separated by commas: slqg (sequence-based LQG over the design's network), slqg-always (sends
     /// in every cycle, worth it or not), slqg-no-preview (takes the reference of the moment for all that is to come),
-    /// slqg-task (time-varying law of a task that ends with the run), lqg (at the plant, without a network: the lower
-    /// bound).
+    /// slqg-task (time-varying law of a task that ends with the run), slqg-udp (without acknowledgements),
+    /// slqg-udp-rounded (the same with the mean age rounded), lqg (at the plant, without a network: the lower bound).
     #[arg(long, value_delimiter = ',', default_value = "slqg,lqg")]
     controllers: Vec<Kind>,
+    /// What becomes of acknowledgements, instead of the design's: instant, none, or the probabilities of a delay of 0, 1, ..
+    /// cycles, as 0.7,0.1.
+    #[arg(long, value_name = "A", value_parser = acknowledgement)]
+    acknowledgement: Option<Acknowledgement>,
+    /// Cycles that each acknowledgement tells, instead of the design's.
+    #[arg(long, value_name = "C", value_parser = clap::value_parser!(u8).range(1..=8))]
+    acknowledged_cycles: Option<u8>,
+    /// What the estimator keeps apart where ages are not acknowledged, instead of the design's.
+    #[arg(long, value_enum)]
+    estimator: Option<EstimatorName>,
     /// Runs per controller.
     #[arg(long, value_name = "R", default_value_t = 200, value_parser = clap::value_parser!(u32).range(1..))]
     runs: u32,
@@ -73,6 +90,31 @@ struct Options {
     /// Print one JSON object instead of a table.
     #[arg(long)]
     json: bool,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum EstimatorName {
+    /// Nothing: one filter, told mean and covariance of the input.
+    Single,
+    /// The age in the last cycle.
+    Imm,
+    /// The ages in the last two cycles.
+    Gpb2,
+}
+
+fn acknowledgement(text: &str) -> Result<Acknowledgement, String> {
+    match text {
+        "instant" => Ok(Acknowledgement::Instant),
+        "none" => Ok(Acknowledgement::None),
+        _ => {
+            let probabilities: Option<Vec<f64>> =
+                text.split(',').map(|part| part.trim().parse().ok()).collect();
+            let probabilities =
+                probabilities.ok_or("give instant, none, or probabilities separated by commas")?;
+            let delays = DelayDistribution::new(probabilities).map_err(|error| error.to_string())?;
+            Ok(Acknowledgement::Delays(delays))
+        }
+    }
 }
 
 /// What went wrong, by exit status.
@@ -104,7 +146,14 @@ fn fail(status: u8, message: &str) -> ExitCode {
 
 impl Options {
     fn load(&self) -> Result<Design, Failure> {
-        Design::load(&self.design).map_err(|error| Failure::Input(error.to_string()))
+        let mut design = Design::load(&self.design).map_err(|error| Failure::Input(error.to_string()))?;
+        if let Some(acknowledgement) = &self.acknowledgement {
+            design.network.acknowledgement = acknowledgement.clone();
+        }
+        if let Some(cycles) = self.acknowledged_cycles {
+            design.network.acknowledged_cycles = usize::from(cycles);
+        }
+        Ok(design)
     }
 
     fn plan(&self) -> Plan {
@@ -120,7 +169,18 @@ impl Options {
     fn contender(&self, kind: Kind, design: &Design) -> Result<Contender, Failure> {
         // Before gains are computed, which can take longer than saying no.
         size_class::check(design).map_err(|error| self.wrong(&error))?;
-        Contender::new(kind, design, self.plan().steps).map_err(|error| refused(&error, design, &self.design))
+        let mut contender = Contender::new(kind, design, self.plan().steps)
+            .map_err(|error| refused(&error, design, &self.design))?;
+        if let (Some(estimator), true) =
+            (self.estimator, contender.acknowledgement != Acknowledgement::Instant)
+        {
+            contender.merging = match estimator {
+                EstimatorName::Single => Merging::Single,
+                EstimatorName::Imm => Merging::Imm,
+                EstimatorName::Gpb2 => Merging::Gpb2,
+            };
+        }
+        Ok(contender)
     }
 
     fn simulate(

@@ -1,8 +1,9 @@
 //! One run of the loop: sensor, link, controller, link, actuator, plant. Thesis 3.1.
 //!
 //! Both ends are the core's and share nothing but encoded frames. Cycle `k`: the sensor samples `y_k` (not in cycle 0,
-//! where the controller knows the initial mean) and sends it; the controller takes what has arrived, and the
-//! acknowledgement of cycle `k-1`, and sends `U_k`; the actuator takes what has arrived and applies its input.
+//! where the controller knows the initial mean) and sends it; the controller takes what has arrived, acknowledgements of
+//! cycle `k-1` and earlier among it, and sends `U_k`; the actuator takes what has arrived and applies its input. An
+//! acknowledgement with a delay of 0 is there before the next cycle, as an instant one is always.
 
 use crate::{
     contender::Contender,
@@ -12,11 +13,14 @@ use crate::{
     random::{Purpose, stream},
     size_class::{LONGEST_SEQUENCE, MEMORY, SimScalar},
 };
+use gain_gen::design::Acknowledgement;
+use nalgebra::{SMatrix, SVector};
 use slqg::{
     Tick,
     actuator::Actuator,
     controller::Controller,
-    wire::{self, Acknowledgement, Measurement},
+    estimator::Merging,
+    wire::{self, Measurement},
 };
 
 /// State beyond this many times its initial or noise scale counts as diverged.
@@ -56,6 +60,45 @@ pub struct CycleRecord {
     pub measurement_frame: Option<Fate>,
 }
 
+/// One cycle of a run, as it happens, in the size class.
+#[derive(Debug, Clone, Copy)]
+pub struct Snapshot<'s, T: SimScalar, const NX: usize, const NU: usize> {
+    /// True state.
+    pub state: &'s SVector<f64, NX>,
+    /// The controller's estimate of it.
+    pub estimate: &'s SVector<T, NX>,
+    /// Covariance of its error, as the controller has it.
+    pub covariance: &'s SMatrix<T, NX, NX>,
+    /// Input applied.
+    pub input: &'s SVector<f64, NU>,
+    /// Tracked outputs and what they are to be.
+    pub tracked: Option<[SVector<f64, NX>; 2]>,
+    /// Age of the sequence the input came from; `None` for the default input.
+    pub age: Option<usize>,
+    /// What became of the control frame; `None` if none was sent.
+    pub control_frame: Option<Fate>,
+    /// What became of the measurement frame; `None` in the first cycle.
+    pub measurement_frame: Option<Fate>,
+}
+
+impl<T: SimScalar, const NX: usize, const NU: usize> Snapshot<'_, T, NX, NU> {
+    /// To keep.
+    pub fn to_record(&self) -> CycleRecord {
+        let pairs = |[z, reference]: [SVector<f64, NX>; 2]| -> Vec<_> {
+            z.iter().copied().zip(reference.iter().copied()).collect()
+        };
+        CycleRecord {
+            state: self.state.iter().copied().collect(),
+            estimate: self.estimate.iter().map(|value| value.widen()).collect(),
+            input: self.input.iter().copied().collect(),
+            tracked: self.tracked.map(pairs).unwrap_or_default(),
+            age: self.age,
+            control_frame: self.control_frame,
+            measurement_frame: self.measurement_frame,
+        }
+    }
+}
+
 /// Which run to do.
 #[derive(Debug, Clone, Copy)]
 pub struct RunPlan {
@@ -75,20 +118,53 @@ pub fn run<T: SimScalar, const NX: usize, const NU: usize, const NY: usize>(
     fitted: &Fitted<T, NX, NU, NY>,
     contender: &Contender,
     plan: RunPlan,
-    mut record: impl FnMut(CycleRecord),
+    record: impl FnMut(Snapshot<'_, T, NX, NU>),
+) -> RunResult {
+    // Room for estimates only where they are kept apart.
+    match contender.merging {
+        Merging::Single => run_with::<T, NX, NU, NY, 1>(fitted, contender, plan, record),
+        Merging::Imm | Merging::Gpb2 => {
+            run_with::<T, NX, NU, NY, { LONGEST_SEQUENCE + 1 }>(fitted, contender, plan, record)
+        }
+    }
+}
+
+/// The acknowledgements' way back.
+enum Feedback {
+    /// Before the next cycle, always.
+    Instant,
+    /// Nowhere.
+    None,
+    /// Over a link.
+    Over(Box<Link>),
+}
+
+fn run_with<T: SimScalar, const NX: usize, const NU: usize, const NY: usize, const E: usize>(
+    fitted: &Fitted<T, NX, NU, NY>,
+    contender: &Contender,
+    plan: RunPlan,
+    mut record: impl FnMut(Snapshot<'_, T, NX, NU>),
 ) -> RunResult {
     let RunPlan { steps, seed, run } = plan;
     let design = fitted.design().expect("checked before the first run");
     let start = Tick(0);
-    let mut controller = Controller::<T, NX, NU, NY, LONGEST_SEQUENCE, MEMORY>::new(design, start)
+    let mut controller = Controller::<T, NX, NU, NY, LONGEST_SEQUENCE, MEMORY, E>::new(design, start)
         .expect("every law that fits the size class fits the controller");
+    controller.round_age(contender.rounds_age);
     let mut actuator = Actuator::<T, NU, LONGEST_SEQUENCE>::new(design.actuator, start);
     let mut plant = PlantRun::new(&fitted.plant, seed, run);
     let mut sensor_link = Link::new(&contender.sensor_link, stream(seed, run, Purpose::SensorLink));
     let mut actuator_link = Link::new(&contender.actuator_link, stream(seed, run, Purpose::ActuatorLink));
+    let mut feedback = match &contender.acknowledgement {
+        Acknowledgement::Instant => Feedback::Instant,
+        Acknowledgement::None => Feedback::None,
+        Acknowledgement::Delays(delays) => {
+            Feedback::Over(Box::new(Link::new(delays, stream(seed, run, Purpose::AcknowledgementLink))))
+        }
+    };
     let scale = fitted.plant.scale();
     let mut frame = vec![0; frame_capacity::<T>(NU, NY)];
-    let mut acknowledgement: Option<Vec<u8>> = None;
+    let mut acknowledged: Vec<Vec<u8>> = Vec::new();
     let mut result = RunResult { cost: 0.0, diverged: false, sent: 0, age_sum: 0, rejected: 0 };
 
     for cycle in 0..steps {
@@ -100,11 +176,8 @@ pub fn run<T: SimScalar, const NX: usize, const NU: usize, const NY: usize>(
             sensor_link.send(bytes)
         });
         // Refusals are counted at the ends.
-        for packet in sensor_link.arrived() {
-            let _ = controller.receive(&packet);
-        }
-        if let Some(packet) = acknowledgement.take() {
-            let _ = controller.receive(&packet);
+        for packet in sensor_link.arrived().iter().chain(&acknowledged) {
+            let _ = controller.receive(packet);
         }
         fitted.prepare(&mut controller, cycle);
         let sequence = controller.cycle(&mut frame).expect("the buffer holds every frame");
@@ -118,23 +191,30 @@ pub fn run<T: SimScalar, const NX: usize, const NU: usize, const NY: usize>(
             let _ = actuator.receive(&packet);
         }
         let applied = actuator.step();
-        let told = Acknowledgement { tick, age: applied.age };
+        let told = actuator.acknowledgement(contender.acknowledged_cycles).expect("it has played");
         let bytes =
             wire::encode_acknowledgement::<T>(&told, &mut frame).expect("the buffer holds every frame");
-        acknowledgement = Some(bytes.to_vec());
+        acknowledged = match &mut feedback {
+            Feedback::Instant => vec![bytes.to_vec()],
+            Feedback::None => Vec::new(),
+            Feedback::Over(link) => {
+                link.send(bytes);
+                let arrived = link.arrived();
+                link.next_cycle();
+                arrived
+            }
+        };
 
         let input = applied.input.map(|value| value.widen());
         let state = *plant.state();
         result.cost += fitted.objective.stage(cycle, &state, &input);
         result.age_sum += applied.age.steps().unwrap_or(contender.laws[0].length);
-        let tracked = fitted.objective.tracked(cycle, &state);
-        record(CycleRecord {
-            state: state.iter().copied().collect(),
-            estimate: controller.estimator().posterior_mean().iter().map(|value| value.widen()).collect(),
-            input: input.iter().copied().collect(),
-            tracked: tracked
-                .map(|[z, reference]| z.iter().copied().zip(reference.iter().copied()).collect())
-                .unwrap_or_default(),
+        record(Snapshot {
+            state: &state,
+            estimate: controller.estimator().posterior_mean(),
+            covariance: controller.estimator().posterior_covariance(),
+            input: &input,
+            tracked: fitted.objective.tracked(cycle, &state),
             age: applied.age.steps(),
             control_frame,
             measurement_frame,
@@ -153,5 +233,5 @@ pub fn run<T: SimScalar, const NX: usize, const NU: usize, const NY: usize>(
 fn frame_capacity<T: SimScalar>(inputs: usize, outputs: usize) -> usize {
     wire::control_len(inputs, LONGEST_SEQUENCE, T::BYTES)
         .max(wire::measurement_len(outputs, T::BYTES))
-        .max(wire::ACKNOWLEDGEMENT_LEN)
+        .max(wire::LONGEST_ACKNOWLEDGEMENT)
 }

@@ -12,6 +12,7 @@ use gain_gen::{
     stability::loses_sight,
 };
 use nalgebra::DVector;
+use slqg::estimator::Merging;
 use std::str::FromStr;
 
 /// The controllers that can be named.
@@ -25,13 +26,25 @@ pub enum Kind {
     SlqgNoPreview,
     /// Sequence-based LQG with the time-varying law of a task that ends with the run.
     SlqgTask,
+    /// The same as the first, without any acknowledgement. Thesis 3.6.2, THEORY 8.
+    SlqgUdp,
+    /// The same, with the mean age rounded as the thesis has it, (3.43).
+    SlqgUdpRounded,
     /// LQG at the plant, without a network: no controller on any network does better.
     Lqg,
 }
 
 impl Kind {
     /// Every controller there is.
-    pub const ALL: [Self; 5] = [Self::Slqg, Self::SlqgAlways, Self::SlqgNoPreview, Self::SlqgTask, Self::Lqg];
+    pub const ALL: [Self; 7] = [
+        Self::Slqg,
+        Self::SlqgAlways,
+        Self::SlqgNoPreview,
+        Self::SlqgTask,
+        Self::SlqgUdp,
+        Self::SlqgUdpRounded,
+        Self::Lqg,
+    ];
 
     /// As on the command line and in JSON.
     pub const fn name(self) -> &'static str {
@@ -40,6 +53,8 @@ impl Kind {
             Self::SlqgAlways => "slqg-always",
             Self::SlqgNoPreview => "slqg-no-preview",
             Self::SlqgTask => "slqg-task",
+            Self::SlqgUdp => "slqg-udp",
+            Self::SlqgUdpRounded => "slqg-udp-rounded",
             Self::Lqg => "lqg",
         }
     }
@@ -95,20 +110,19 @@ pub struct Contender {
     pub sensor_link: DelayDistribution,
     /// Most cycles a measurement may be late and still count.
     pub measurement_buffer: usize,
+    /// What becomes of the acknowledgements.
+    pub acknowledgement: Acknowledgement,
+    /// Cycles that each of them tells.
+    pub acknowledged_cycles: usize,
+    /// What its estimator keeps apart.
+    pub merging: Merging,
+    /// Whether it takes the mean age, rounded, for certain.
+    pub rounds_age: bool,
 }
 
 /// Why a controller cannot be simulated.
 #[derive(Debug, Clone, thiserror::Error)]
 pub enum ContenderError {
-    /// The controller needs another kind of acknowledgement.
-    #[error(
-        "network.acknowledgement: `{controller}` needs to know each cycle what the actuator applied; \
-         give acknowledgement = \"instant\", or simulate `lqg` only"
-    )]
-    Acknowledgement {
-        /// The controller.
-        controller: &'static str,
-    },
     /// No gains stabilise the loop.
     #[error("`{controller}` cannot stabilise the loop")]
     Unstable {
@@ -152,10 +166,17 @@ impl Contender {
             problem.length = 1;
             (perfect, 0)
         } else {
-            if network.acknowledgement != Acknowledgement::Instant {
-                return Err(ContenderError::Acknowledgement { controller });
-            }
             (network.sensor_to_controller.clone(), design.controller.measurement_buffer)
+        };
+        let acknowledgement = match kind {
+            Kind::Lqg => Acknowledgement::Instant,
+            Kind::SlqgUdp | Kind::SlqgUdpRounded => Acknowledgement::None,
+            _ => network.acknowledgement.clone(),
+        };
+        let merging = match acknowledgement {
+            // Every age is known: there is nothing to keep apart.
+            Acknowledgement::Instant => Merging::Single,
+            Acknowledgement::None | Acknowledgement::Delays(_) => design.controller.estimator,
         };
         let mut contender = Self {
             kind,
@@ -172,6 +193,10 @@ impl Contender {
             actuator_link: problem.link.clone(),
             sensor_link,
             measurement_buffer,
+            acknowledgement,
+            acknowledged_cycles: network.acknowledged_cycles,
+            merging,
+            rounds_age: kind == Kind::SlqgUdpRounded,
         };
         if kind == Kind::SlqgTask {
             contender.make_task(&problem, design, steps)?;
@@ -213,7 +238,7 @@ impl Contender {
         self.preview = PreviewGains::over(problem, design, solution).transpose()?;
         let ahead = self.preview.as_ref().map_or(0, |preview| preview.samples);
         self.reference = reference(design, steps + 1 + ahead)?;
-        if matches!(self.kind, Kind::Slqg | Kind::SlqgNoPreview) {
+        if !matches!(self.kind, Kind::SlqgAlways | Kind::Lqg) {
             let tables =
                 design.event.as_ref().map(|event| (event.send_cost, trigger_tables(problem, solution)));
             self.trigger = tables.and_then(|(cost, tables)| Some((cost, tables?)));

@@ -7,7 +7,7 @@ use crate::{
     contender::{Contender, Foresight},
     objective::Objective,
     plant::{TruePlant, padded},
-    size_class::SimScalar,
+    size_class::{MEMORY, SimScalar},
 };
 use gain_gen::{
     design::Design,
@@ -18,7 +18,7 @@ use slqg::{
     DefaultInput, Scalar,
     actuator::{Limits, Settings},
     controller::{self, Controller},
-    estimator::Model,
+    estimator::{Merging, Model},
     event::{self, InvalidTrigger, packed_index},
     gains::{Gains, InvalidGains, Tables},
     tracking::{self, Feedforward, InvalidPreview},
@@ -80,6 +80,9 @@ pub struct Fitted<T: Scalar, const NX: usize, const NU: usize, const NY: usize> 
     model: Model<T, NX, NU, NY>,
     actuator: Settings<T, NU>,
     measurement_buffer: usize,
+    acknowledgement_buffer: usize,
+    arrives_at_once: T,
+    merging: Merging,
     /// The plant to simulate.
     pub plant: TruePlant<NX, NU, NY>,
     /// What a run costs.
@@ -148,6 +151,12 @@ impl<T: SimScalar, const NX: usize, const NU: usize, const NY: usize> Fitted<T, 
             model: model(design),
             actuator: actuator(design, first.default_input),
             measurement_buffer: contender.measurement_buffer,
+            acknowledgement_buffer: contender
+                .acknowledgement
+                .reach(contender.acknowledged_cycles)
+                .min(MEMORY - 1),
+            arrives_at_once: T::nearest(contender.actuator_link.arrival(0)),
+            merging: contender.merging,
             plant: TruePlant::new(&design.plant),
             objective: Objective::new(design, &contender.reference),
         }
@@ -181,8 +190,11 @@ impl<T: SimScalar, const NX: usize, const NU: usize, const NY: usize> Fitted<T, 
             model: &self.model,
             actuator: self.actuator,
             measurement_buffer: self.measurement_buffer,
+            acknowledgement_buffer: self.acknowledgement_buffer,
             preview: preview.transpose()?,
             trigger: trigger.transpose()?,
+            arrives_at_once: self.arrives_at_once,
+            merging: self.merging,
         })
     }
 
@@ -190,9 +202,9 @@ impl<T: SimScalar, const NX: usize, const NU: usize, const NY: usize> Fitted<T, 
     ///
     /// # Panics
     /// If [`Fitted::design`] refuses the tables.
-    pub fn prepare<'f, const N: usize, const H: usize>(
+    pub fn prepare<'f, const N: usize, const H: usize, const E: usize>(
         &'f self,
-        controller: &mut Controller<'f, T, NX, NU, NY, N, H>,
+        controller: &mut Controller<'f, T, NX, NU, NY, N, H, E>,
         cycle: usize,
     ) {
         if let Some(law) = self.laws.get(cycle).filter(|_| self.laws.len() > 1) {

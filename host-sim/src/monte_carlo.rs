@@ -1,14 +1,18 @@
 //! Many runs in parallel, and what they say together.
 
 use crate::{
-    closed_loop::{CycleRecord, RunPlan, RunResult, run},
+    closed_loop::{CycleRecord, RunPlan, RunResult, Snapshot, run},
     contender::Contender,
     fitted::{Fitted, Unfit},
     size_class::{InSizeClass, SimScalar},
 };
 use gain_gen::design::Design;
-use rayon::prelude::*;
+use rayon::{ThreadPool, ThreadPoolBuilder, prelude::*};
 use serde::Serialize;
+use std::sync::OnceLock;
+
+/// Stack of a simulating thread in bytes; a controller of the largest class takes 5 MB, and is moved once or twice.
+const STACK: usize = 1 << 26;
 
 /// How much to simulate.
 #[derive(Debug, Clone, Copy)]
@@ -36,6 +40,8 @@ pub struct Summary {
     pub median_cost: Option<f64>,
     /// 95 % of the runs cost less.
     pub p95_cost: Option<f64>,
+    /// The most expensive run.
+    pub worst_cost: Option<f64>,
     /// Runs whose state left 1e6 times its initial or noise scale.
     pub diverged: usize,
     /// Control frames sent per cycle.
@@ -76,6 +82,13 @@ pub struct Simulate<'a, P> {
     pub done: P,
 }
 
+/// Threads with room for the largest controller: one that keeps estimates apart for every age and remembers them.
+fn threads() -> &'static ThreadPool {
+    static THREADS: OnceLock<ThreadPool> = OnceLock::new();
+    THREADS
+        .get_or_init(|| ThreadPoolBuilder::new().stack_size(STACK).build().expect("threads can be started"))
+}
+
 impl<P: Fn() + Sync> InSizeClass for Simulate<'_, P> {
     type Output = Result<Outcome, Unfit>;
 
@@ -85,21 +98,29 @@ impl<P: Fn() + Sync> InSizeClass for Simulate<'_, P> {
         fitted.design()?;
         let tracked = self.design.tracking.as_ref().map_or(0, |tracking| tracking.outputs());
         // Collected in the order of the runs, so that sums do not depend on the threads.
-        let results: Vec<RunResult> = (0..runs as u64)
-            .into_par_iter()
-            .map(|number| {
-                let result = run(&fitted, self.contender, RunPlan { steps, seed, run: number }, |_| ());
+        let one = |number, record: &mut dyn FnMut(Snapshot<'_, T, NX, NU>)| {
+            run(&fitted, self.contender, RunPlan { steps, seed, run: number }, record)
+        };
+        let results: Vec<RunResult> = threads().install(|| {
+            let all = (0..runs as u64).into_par_iter().map(|number| {
+                let result = one(number, &mut |_| ());
                 (self.done)();
                 result
-            })
-            .collect();
+            });
+            all.collect()
+        });
         let mut first_run = Vec::with_capacity(steps);
-        run(&fitted, self.contender, RunPlan { steps, seed, run: 0 }, |mut cycle| {
+        let keep = |snapshot: Snapshot<'_, T, NX, NU>| {
+            let mut cycle = snapshot.to_record();
             cycle.state.truncate(self.design.plant.states());
             cycle.estimate.truncate(self.design.plant.states());
             cycle.input.truncate(self.design.plant.inputs());
             cycle.tracked.truncate(tracked);
             first_run.push(cycle);
+        };
+        threads().install(|| {
+            let mut keep = keep;
+            one(0, &mut keep)
         });
         let send_cost = self.contender.send_cost.unwrap_or(0.0);
         let total_costs: Vec<_> =
@@ -125,6 +146,7 @@ fn summarise(contender: &Contender, results: &[RunResult], total_costs: &[f64], 
         std_error: finite(standard_error(&costs)),
         median_cost: finite(quantile(&costs, 0.5)),
         p95_cost: finite(quantile(&costs, 0.95)),
+        worst_cost: finite(quantile(&costs, 1.0)),
         diverged: results.iter().filter(|result| result.diverged).count(),
         send_rate: results.iter().map(|result| result.sent).sum::<usize>() as f64 / cycles,
         mean_input_age: results.iter().map(|result| result.age_sum).sum::<usize>() as f64 / cycles,

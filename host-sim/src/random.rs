@@ -17,6 +17,8 @@ pub enum Purpose {
     SensorLink = 3,
     /// Delays from controller to actuator.
     ActuatorLink = 4,
+    /// Delays of acknowledgements.
+    AcknowledgementLink = 5,
 }
 
 const PURPOSES: u64 = 8;

@@ -83,7 +83,7 @@ fn wrong_input_exits_with_2_and_says_why() {
     says(run("missing.toml", &[]), "missing.toml");
     says(
         run("pendulum.toml", &["--controllers", "pid"]),
-        "no controller is called `pid`; there are: slqg, slqg-always, slqg-no-preview, slqg-task, lqg",
+        "no controller is called `pid`; there are: slqg, slqg-always, slqg-no-preview, slqg-task, slqg-udp, slqg-udp-rounded, lqg",
     );
     says(run("pendulum.toml", &["--sequence-length", "0"]), "--sequence-length");
     says(run("pendulum.toml", &["--sequence-length", "40"]), "controller.sequence_length: found 40");
@@ -173,15 +173,44 @@ fn a_set_point_is_stood_at_and_the_report_shows_the_tracked_output() {
 }
 
 #[test]
-fn a_network_without_acknowledgements_is_refused_with_its_key() {
+fn acknowledgements_are_the_designs_or_the_command_lines() {
+    let cost = |design: &PathBuf, arguments: &[&str]| -> f64 {
+        let mut command =
+            host_sim(&["run", "--runs", "20", "--steps", "40", "--json", "--controllers", "slqg"]);
+        let text = stdout({
+            command.arg(design).args(arguments);
+            command
+        });
+        let json: Value = serde_json::from_str(&text).expect("one JSON object");
+        json["results"][0]["mean_cost"].as_f64().expect("a number")
+    };
+    let instant = design("double_integrator.toml");
     let folder = tempfile::tempdir().expect("a folder");
-    let path = folder.path().join("radio.toml");
-    let text = fs::read_to_string(design("double_integrator.toml")).expect("the design");
-    fs::write(&path, text.replace("acknowledgement = \"instant\"", "acknowledgement = \"none\""))
-        .expect("written");
-    let assertion = host_sim(&["run"]).arg(&path).assert().code(2);
+    let radio = folder.path().join("radio.toml");
+    let text = fs::read_to_string(&instant).expect("the design");
+    let without = text.replace("acknowledgement = \"instant\"", "acknowledgement = \"none\"");
+    assert_ne!(without, text);
+    fs::write(&radio, without).expect("written");
+    let none = cost(&radio, &[]);
+    assert_eq!(cost(&instant, &["--acknowledgement", "none"]), none);
+    assert_eq!(cost(&radio, &["--acknowledgement", "instant"]), cost(&instant, &[]));
+    assert_eq!(cost(&instant, &["--acknowledgement", "1"]), cost(&instant, &[]), "always in time");
+    assert!(cost(&instant, &[]) < cost(&instant, &["--acknowledgement", "0.5,0.2"]));
+    assert!(cost(&radio, &["--estimator", "gpb2"]) != none);
+    let mut wrong = run("double_integrator.toml", &["--acknowledgement", "sometimes"]);
+    let assertion = wrong.assert().code(2);
     let stderr = String::from_utf8_lossy(&assertion.get_output().stderr).into_owned();
-    assert!(stderr.contains("radio.toml") && stderr.contains("network.acknowledgement"), "{stderr}");
+    assert!(stderr.contains("give instant, none, or probabilities"), "{stderr}");
+}
+
+#[test]
+fn a_controller_without_acknowledgements_can_be_named() {
+    let text =
+        stdout(run("double_integrator.toml", &["--json", "--controllers", "slqg-udp,slqg-udp-rounded"]));
+    let json: Value = serde_json::from_str(&text).expect("one JSON object");
+    let costs: Vec<_> =
+        json["results"].as_array().expect("results").iter().map(|row| row["mean_cost"].as_f64()).collect();
+    assert!(costs[0].is_some() && costs[1].is_some() && costs[0] != costs[1], "{costs:?}");
 }
 
 #[test]

@@ -21,7 +21,8 @@ fn costs<T: SimScalar, const NX: usize, const NU: usize, const NY: usize>(text: 
     let mut states = Vec::new();
     for number in 0..3 {
         let plan = RunPlan { steps: STEPS, seed: 9, run: number };
-        let result = run(&fitted, &contender, plan, |cycle| {
+        let result = run(&fitted, &contender, plan, |snapshot| {
+            let cycle = snapshot.to_record();
             assert!(
                 cycle.state[design.plant.states()..].iter().all(|&value| value == 0.0),
                 "padded states stay zero"

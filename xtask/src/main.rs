@@ -20,6 +20,7 @@ mod process;
 mod qemu;
 mod size;
 mod sysroot;
+mod target_bench;
 mod toolchain;
 mod workspace;
 
@@ -48,7 +49,7 @@ enum Task {
     },
     /// Build the images for the reference board and show how much memory they take
     Size,
-    /// Measure, in ratios within one run on one thread
+    /// Measure: ratios within one run on one thread, or instructions
     Bench {
         /// What to measure
         what: Bench,
@@ -60,6 +61,8 @@ enum Task {
 enum Bench {
     /// Time to compute gains: in-flight against coupled, and growth with the sequence length
     Gains,
+    /// Instructions of a controller's cycle on the reference board, as QEMU counts them
+    Target,
 }
 
 fn main() -> ExitCode {
@@ -82,5 +85,6 @@ fn perform(task: &Task) -> Result<()> {
         Task::Bench { what: Bench::Gains } => {
             process::run(workspace.cargo().args(["bench", "--quiet", "-p", "gain-gen", "--bench", "gains"]))
         }
+        Task::Bench { what: Bench::Target } => target_bench::bench(&workspace),
     }
 }

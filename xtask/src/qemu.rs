@@ -10,6 +10,10 @@ use crate::{Result, packages, process};
 
 const PROGRAM: &str = "qemu-system-arm";
 const MACHINE: &str = "mps2-an386";
+/// See [`Qemu::run_counting`].
+const COUNT_SHIFT: u32 = 10;
+/// Ticks of the board's timer, 25 MHz, in an instruction when they are counted.
+pub(crate) const TICKS_PER_INSTRUCTION: f64 = (1 << COUNT_SHIFT) as f64 * 25e6 / 1e9;
 
 /// An emulator on this machine.
 pub(crate) struct Qemu {
@@ -41,6 +45,16 @@ impl Qemu {
     ///
     /// A run that does not end in time is stopped, and is an error.
     pub(crate) fn run(&self, image: &Path, arguments: &[&str], limit: Duration) -> Result<Ended> {
+        self.run_with(&[], image, arguments, limit)
+    }
+
+    /// The same with time that is made of instructions: two runs count alike, on any machine. An instruction takes
+    /// 2^`COUNT_SHIFT` ns.
+    pub(crate) fn run_counting(&self, image: &Path, limit: Duration) -> Result<Ended> {
+        self.run_with(&["-icount", &format!("shift={COUNT_SHIFT}")], image, &[], limit)
+    }
+
+    fn run_with(&self, options: &[&str], image: &Path, arguments: &[&str], limit: Duration) -> Result<Ended> {
         let name = image.file_name().unwrap_or_default().to_string_lossy();
         let mut semihosting = String::from("enable=on,target=native");
         for word in [&*name].iter().chain(arguments) {
@@ -50,6 +64,7 @@ impl Qemu {
         }
         let mut command = Command::new(&self.program);
         command
+            .args(options)
             .args(["-M", MACHINE, "-nographic", "-monitor", "none", "-serial", "none"])
             .args(["-semihosting-config", &semihosting, "-kernel"])
             .arg(image)

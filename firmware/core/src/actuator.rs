@@ -1,9 +1,14 @@
 //! `Actuator`: buffers the newest sequence, plays it out, tells what it played.
 //!
-//! Past-packet rejection, default input, saturation and acknowledgement are here; frames become sequences in
-//! [`crate::wire`].
+//! Past-packet rejection, default input, saturation and acknowledgement are here; frames become sequences and
+//! acknowledgements frames in [`crate::wire`].
 
-use crate::{Scalar, Tick, sequence::ControlSequence, wire};
+use crate::{
+    Scalar, Tick,
+    sequence::ControlSequence,
+    wire::{self, Acknowledgement, MOST_AGES},
+};
+use heapless::HistoryBuf;
 use nalgebra::SVector;
 
 /// What the actuator applies when its buffer has run out.
@@ -128,6 +133,8 @@ pub struct Actuator<T: Scalar, const NU: usize, const N: usize> {
     tick: Tick,
     buffer: Option<ControlSequence<T, NU, N>>,
     last_input: SVector<T, NU>,
+    /// What was played in the last cycles.
+    played: HistoryBuf<Age, MOST_AGES>,
     rejected_frames: u32,
 }
 
@@ -138,7 +145,14 @@ impl<T: Scalar, const NU: usize, const N: usize> Actuator<T, NU, N> {
     /// Does not compile for `N > 255`: an age must fit one byte.
     pub fn new(settings: Settings<T, NU>, tick: Tick) -> Self {
         const { assert!(N <= u8::MAX as usize, "the age of a sequence must fit one byte") };
-        Self { settings, tick, buffer: None, last_input: SVector::zeros(), rejected_frames: 0 }
+        Self {
+            settings,
+            tick,
+            buffer: None,
+            last_input: SVector::zeros(),
+            played: HistoryBuf::new(),
+            rejected_frames: 0,
+        }
     }
 
     /// The cycle that [`Actuator::step`] will play next.
@@ -207,7 +221,23 @@ impl<T: Scalar, const NU: usize, const N: usize> Actuator<T, NU, N> {
             }
         });
         self.last_input = self.settings.saturate(&input);
+        self.played.write(age);
         self.tick += 1;
         Applied { tick, input: self.last_input, age }
+    }
+
+    /// What to acknowledge after [`Actuator::step`]: the age it played and those of the cycles before, `cycles` in all.
+    /// At least 1 and at most [`MOST_AGES`] whatever `cycles` is, and no more than were played; `None` before the first.
+    ///
+    /// The ages after the newest repeat what earlier acknowledgements said: if each has `cycles` of them, the controller
+    /// never hears of a cycle only if `cycles` acknowledgements in a row are lost. Each takes one byte. An
+    /// acknowledgement that has not come tells the controller nothing, neither that a sequence arrived nor that none
+    /// did, unless the link guarantees delivery.
+    pub fn acknowledgement(&self, cycles: usize) -> Option<Acknowledgement> {
+        if self.played.is_empty() {
+            return None;
+        }
+        let newest = self.played.oldest_ordered().rev().take(cycles.clamp(1, MOST_AGES));
+        Some(Acknowledgement { tick: self.tick - 1, ages: newest.copied().collect() })
     }
 }

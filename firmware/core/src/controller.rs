@@ -7,15 +7,15 @@
 use crate::{
     DefaultInput, Scalar, Tick,
     actuator::{Age, Settings},
-    estimator::{Kalman, Model, RejectedMeasurement},
+    estimator::{Merging, ModeFilter, Model, RejectedMeasurement, Surroundings},
     event::{Candidate, Trigger},
     gains::Gains,
-    in_flight::{InFlight, push_newest},
+    in_flight::InFlight,
     sequence::ControlSequence,
     tracking::{Feedforward, Preview, RejectedReference},
     wire::{self, Acknowledgement, DecodeError, EncodeError, Measurement},
 };
-use heapless::Deque;
+use heapless::Vec;
 use nalgebra::SVector;
 
 /// Everything a controller is told at design time.
@@ -29,10 +29,17 @@ pub struct Design<'a, T, const NX: usize, const NU: usize, const NY: usize> {
     pub actuator: Settings<T, NU>,
     /// Most cycles a measurement may be late and still count, `N^B`, thesis (3.34).
     pub measurement_buffer: usize,
+    /// Most cycles ago that an acknowledgement may tell of and still count; 1 is the cycle before.
+    pub acknowledgement_buffer: usize,
     /// What a reference adds to the law; `None` where the state is controlled to zero.
     pub preview: Option<Preview<'a, T, NU>>,
     /// Sends a sequence only if it is worth it; `None` sends in every cycle.
     pub trigger: Option<Trigger<'a, T, NX, NU>>,
+    /// Probability that a sequence arrives in the cycle it was sent in, `q(0)`. With the gains' arrival probabilities it
+    /// says what may have been played where no acknowledgement does.
+    pub arrives_at_once: T,
+    /// What the estimator keeps apart while no acknowledgement decides.
+    pub merging: Merging,
 }
 
 /// Why a design does not fit a controller.
@@ -44,10 +51,16 @@ pub enum InvalidDesign {
     DefaultInput,
     /// Measurements may be later than the controller's memory of `H` cycles reaches back.
     MeasurementBuffer,
+    /// Acknowledgements may tell of cycles that the controller's memory of `H` cycles does not reach back to.
+    AcknowledgementBuffer,
     /// Gains for sequences of another length than those in flight, or preview or trigger for others than the gains.
     Length,
     /// The preview does not tell what the trigger must know.
     Preview,
+    /// The estimator keeps more estimates apart than the controller's capacity `E`.
+    Estimates,
+    /// The probability to arrive at once is not within 0..=1.
+    NotAProbability,
 }
 
 /// Why a frame changed nothing.
@@ -74,24 +87,14 @@ pub struct Counts {
     pub not_worth_sending: u32,
 }
 
-/// What the actuator is held to have played in one cycle.
-#[derive(Debug, Clone, Copy)]
-struct Played<T, const NU: usize> {
-    acknowledged: bool,
-    age: Age,
-    /// After saturation.
-    input: SVector<T, NU>,
-}
-
 /// The controller end of the link.
 ///
 /// Each cycle: any number of [`Controller::receive`], [`Controller::follow`] if the reference has moved, then one
 /// [`Controller::cycle`].
 ///
-/// A cycle whose acknowledgement has not come is held to have played on without a new packet, until an
-/// acknowledgement says otherwise. While the estimator remembers the cycle, it and those after it that are not
-/// acknowledged themselves are corrected then: what is believed depends on which acknowledgements have come, not
-/// on their order.
+/// A missing acknowledgement is no information: what the actuator may have played then is as likely as the link makes it,
+/// and what the measurements make of it, until an acknowledgement decides. While the estimator remembers the cycle, a late
+/// one does: what is believed depends on which acknowledgements have come, not on their order.
 #[derive(Debug, Clone)]
 pub struct Controller<
     'a,
@@ -101,18 +104,26 @@ pub struct Controller<
     const NY: usize,
     const N: usize,
     const H: usize,
+    const E: usize = 1,
 > {
     design: Design<'a, T, NX, NU, NY>,
-    kalman: Kalman<T, NX, NU, NY, H>,
+    filter: ModeFilter<T, NX, NU, NY, N, H, E>,
     in_flight: InFlight<T, NU, N, H>,
-    /// The last `H` cycles, newest first: with the one that the oldest remembered by the estimator follows.
-    played: Deque<Played<T, NU>, H>,
     feedforward: Feedforward<T, NU, N>,
+    rounds_age: bool,
     counts: Counts,
 }
 
-impl<'a, T: Scalar, const NX: usize, const NU: usize, const NY: usize, const N: usize, const H: usize>
-    Controller<'a, T, NX, NU, NY, N, H>
+impl<
+    'a,
+    T: Scalar,
+    const NX: usize,
+    const NU: usize,
+    const NY: usize,
+    const N: usize,
+    const H: usize,
+    const E: usize,
+> Controller<'a, T, NX, NU, NY, N, H, E>
 {
     /// A controller whose first cycle is `tick`.
     ///
@@ -133,11 +144,22 @@ impl<'a, T: Scalar, const NX: usize, const NU: usize, const NY: usize, const N: 
         if design.measurement_buffer >= H {
             return Err(InvalidDesign::MeasurementBuffer);
         }
+        if design.acknowledgement_buffer >= H {
+            return Err(InvalidDesign::AcknowledgementBuffer);
+        }
+        if design.merging.estimates(design.gains.length()) > E {
+            return Err(InvalidDesign::Estimates);
+        }
+        // NaN is outside.
+        if !(T::zero()..=T::one()).contains(&design.arrives_at_once) {
+            return Err(InvalidDesign::NotAProbability);
+        }
         Ok(Self {
-            kalman: Kalman::new(design.model, design.measurement_buffer, tick),
+            filter: ModeFilter::new(design.model, design.measurement_buffer, tick)
+                .remembering(design.acknowledgement_buffer),
             in_flight: InFlight::default(),
-            played: Deque::new(),
             feedforward: Feedforward::default(),
+            rounds_age: false,
             counts: Counts::default(),
             design,
         })
@@ -194,9 +216,15 @@ impl<'a, T: Scalar, const NX: usize, const NU: usize, const NY: usize, const N: 
         Ok(())
     }
 
+    /// Whether the law takes the mean age, rounded, for certain: thesis (3.43), to compare with. As it is made a controller
+    /// weighs every age with its probability, THEORY 8.
+    pub fn round_age(&mut self, rounds_age: bool) {
+        self.rounds_age = rounds_age;
+    }
+
     /// The cycle that [`Controller::cycle`] will run next.
     pub fn tick(&self) -> Tick {
-        self.kalman.tick()
+        self.filter.tick()
     }
 
     /// What was counted since the start.
@@ -205,8 +233,14 @@ impl<'a, T: Scalar, const NX: usize, const NU: usize, const NY: usize, const N: 
     }
 
     /// The estimator; after [`Controller::cycle`] its posterior is that of the cycle that ran.
-    pub fn estimator(&self) -> &Kalman<T, NX, NU, NY, H> {
-        &self.kalman
+    pub fn estimator(&self) -> &ModeFilter<T, NX, NU, NY, N, H, E> {
+        &self.filter
+    }
+
+    /// What is held to have been applied in cycle `tick`, in input units: a mean if that may be several inputs. `None` if the
+    /// cycle is not over, or not remembered, or no cycle has run since.
+    pub fn expected_input(&self, tick: Tick) -> Option<SVector<T, NU>> {
+        self.filter.expected_input(&around(&self.design, &self.in_flight), tick)
     }
 
     /// Takes a measurement or acknowledgement frame from the link; any number of them, in any order.
@@ -229,53 +263,23 @@ impl<'a, T: Scalar, const NX: usize, const NU: usize, const NY: usize, const N: 
     }
 
     fn measured(&mut self, measurement: Measurement<T, NY>) -> Result<(), RejectedFrame> {
-        self.kalman.measure(measurement.tick, measurement.output).map_err(RejectedFrame::Measurement)
+        self.filter.measure(measurement.tick, measurement.output).map_err(RejectedFrame::Measurement)
     }
 
     fn acknowledged(&mut self, acknowledgement: Acknowledgement) -> Result<(), RejectedFrame> {
-        let Acknowledgement { tick, age } = acknowledgement;
+        let told = (0..).zip(acknowledgement.ages).map(|(ago, age)| (acknowledgement.tick - ago, age));
         // Only cycles that are over can be acknowledged, while the estimator remembers them.
-        let ago = self.kalman.tick().age_of(tick).and_then(|cycles| usize::try_from(cycles).ok());
-        let ago = ago.filter(|ago| *ago > 0).ok_or(RejectedFrame::Acknowledgement)?;
-        if self.kalman.input(tick).is_none() {
+        let remembered = told.take_while(|(tick, _)| self.filter.is_acknowledged(*tick).is_some());
+        let remembered: Vec<_, { wire::MOST_AGES }> = remembered.collect();
+        let default_input = self.design.actuator.default_input;
+        let sent = |tick, age| self.in_flight.applied_input(default_input, tick, age, &SVector::zeros());
+        if remembered.is_empty() || remembered.iter().any(|(tick, age)| sent(*tick, *age).is_none()) {
             return Err(RejectedFrame::Acknowledgement);
         }
-        let input = self.applied_input(tick, age, ago + 1).ok_or(RejectedFrame::Acknowledgement)?;
-        self.set_played(ago, Played { acknowledged: true, age, input });
-        // The cycles since then play on from there, up to the next one that is known better.
-        let mut age = age;
-        for ago in (1..ago).rev() {
-            let Some(&Played { acknowledged, age: known, .. }) = self.played_ago(ago) else { break };
-            age = if acknowledged { known } else { age.played_on(self.design.gains.length()) };
-            let tick = self.kalman.tick() - ago as u32;
-            let input = self.applied_input(tick, age, ago + 1).unwrap_or_else(SVector::zeros);
-            self.set_played(ago, Played { acknowledged, age, input });
-        }
-        if let Some(&Played { age, input, .. }) = self.played_ago(1) {
-            self.in_flight.acknowledge(age, input);
+        for (tick, age) in remembered {
+            self.filter.acknowledge(tick, age);
         }
         Ok(())
-    }
-
-    /// What is held to have been played `ago >= 1` cycles ago.
-    fn played_ago(&self, ago: usize) -> Option<&Played<T, NU>> {
-        self.played.iter().nth(ago.checked_sub(1)?)
-    }
-
-    fn set_played(&mut self, ago: usize, played: Played<T, NU>) {
-        if let Some(entry) = self.played.iter_mut().nth(ago - 1) {
-            *entry = played;
-        }
-        self.kalman.set_input(self.kalman.tick() - ago as u32, played.input);
-    }
-
-    /// What left the actuator in cycle `tick` if it played `age`; `None` if no such sequence is remembered.
-    /// `before` is how many cycles ago the one before `tick` was.
-    fn applied_input(&self, tick: Tick, age: Age, before: usize) -> Option<SVector<T, NU>> {
-        // Before the first cycle the actuator applied zero.
-        let held = self.played_ago(before).map_or_else(SVector::zeros, |played| played.input);
-        let input = self.in_flight.applied_input(self.design.actuator.default_input, tick, age, &held)?;
-        Some(self.design.actuator.saturate(&input))
     }
 
     /// Runs one cycle: estimates the state, decides the sequence, and writes it as a frame into `buffer`.
@@ -287,13 +291,14 @@ impl<'a, T: Scalar, const NX: usize, const NU: usize, const NY: usize, const N: 
     /// # Errors
     /// If `buffer` is too small for the frame. The cycle is over even so, as if the packet was lost.
     pub fn cycle<'b>(&mut self, buffer: &'b mut [u8]) -> Result<Option<&'b [u8]>, EncodeError> {
-        if self.played_ago(1).is_some_and(|last| !last.acknowledged) {
+        let tick = self.filter.tick();
+        if self.filter.is_acknowledged(tick - 1) == Some(false) {
             count(&mut self.counts.unacknowledged);
         }
-        let tick = self.kalman.tick();
-        self.kalman.filter(self.design.model);
+        self.filter.filter(&around(&self.design, &self.in_flight));
+        self.believe(tick - 1);
         let expected = self.in_flight.expected_inputs(&self.design.gains);
-        let mut inputs = self.design.gains.sequence(self.kalman.posterior_mean(), &expected);
+        let mut inputs = self.design.gains.sequence(self.filter.posterior_mean(), &expected);
         self.feedforward.add_to(&mut inputs);
         let sequence = ControlSequence { tick, inputs };
         let frame = if !sequence.is_finite() {
@@ -307,19 +312,36 @@ impl<'a, T: Scalar, const NX: usize, const NU: usize, const NY: usize, const N: 
         };
         self.in_flight.push(matches!(frame, Ok(Some(_))).then_some(sequence));
 
-        let age = self.in_flight.last_age().played_on(self.design.gains.length());
-        let input = self.applied_input(tick, age, 1).unwrap_or_else(SVector::zeros);
-        self.in_flight.acknowledge(age, input);
-        push_newest(&mut self.played, Played { acknowledged: false, age, input });
-        self.kalman.advance(self.design.model, input);
+        self.filter.advance(&around(&self.design, &self.in_flight));
         frame
+    }
+
+    /// Takes over what the estimator believes to have been played in cycle `last`, the one before the current.
+    fn believe(&mut self, last: Tick) {
+        let Some(modes) = self.filter.modes() else { return };
+        let around = around(&self.design, &self.in_flight);
+        let length = self.design.gains.length();
+        let taken = if self.rounds_age { Some(modes.rounded(length)) } else { modes.known() };
+        match taken {
+            Some(age) => {
+                // Of a sequence that is not remembered nothing can be expected.
+                let input = around.input(last, age, modes.held()).unwrap_or_else(SVector::zeros);
+                self.in_flight.acknowledge(age, input);
+            }
+            None => {
+                let oldest = u8::try_from(length - 1).map_or(Age::Empty, Age::Steps);
+                let oldest = around.input(last, oldest, modes.held()).unwrap_or_else(SVector::zeros);
+                let modes = modes.clone();
+                self.in_flight.believe(modes, oldest);
+            }
+        }
     }
 
     /// Without a trigger everything is.
     fn is_worth_sending(&self, sequence: &ControlSequence<T, NU, N>, expected: &[SVector<T, NU>]) -> bool {
         self.design.trigger.as_ref().is_none_or(|trigger| {
             let candidate = Candidate {
-                posterior_mean: self.kalman.posterior_mean(),
+                posterior_mean: self.filter.posterior_mean(),
                 expected,
                 inputs: &sequence.inputs,
                 displaced: &self.feedforward.displaced,
@@ -327,6 +349,23 @@ impl<'a, T: Scalar, const NX: usize, const NU: usize, const NY: usize, const N: 
             trigger.is_worth_sending(trigger.benefit(&self.design.gains, &self.in_flight, candidate))
         })
     }
+}
+
+/// The loop as the estimator sees it.
+fn around<
+    's,
+    T: Scalar,
+    const NX: usize,
+    const NU: usize,
+    const NY: usize,
+    const N: usize,
+    const H: usize,
+>(
+    design: &'s Design<'_, T, NX, NU, NY>,
+    in_flight: &'s InFlight<T, NU, N, H>,
+) -> Surroundings<'s, T, NX, NU, NY, N, H> {
+    let Design { model, actuator, gains, arrives_at_once, merging, .. } = design;
+    Surroundings { model, in_flight, actuator, gains, arrives_at_once: *arrives_at_once, merging: *merging }
 }
 
 /// Whether a law for sequences of this length and default input fits the design.

@@ -4,7 +4,9 @@
 //! condensed to `vbar`, the expected input in each coming cycle if nothing newer arrived (THEORY 3), which
 //! is all that the optimal law needs to know of the mode.
 
-use crate::{DefaultInput, Scalar, Tick, actuator::Age, gains::Gains, sequence::ControlSequence};
+use crate::{
+    DefaultInput, Scalar, Tick, actuator::Age, estimator::Modes, gains::Gains, sequence::ControlSequence,
+};
 use core::ops::{Add, Mul};
 use heapless::{Deque, Vec};
 use nalgebra::SVector;
@@ -69,21 +71,25 @@ impl<R> PlayOut<R> {
 ///
 /// `N` is the capacity of a sequence; those sent in the last `N` cycles may still be applied. The ones before
 /// may have been applied up to `H` cycles ago, of which an acknowledgement may tell late. One cycle is:
-/// [`InFlight::acknowledge`] what was played in the last cycle, [`InFlight::expected_inputs`], then
-/// [`InFlight::push`] what was sent (or that nothing was).
+/// [`InFlight::acknowledge`] what was played in the last cycle, or [`InFlight::believe`] what may have been,
+/// [`InFlight::expected_inputs`], then [`InFlight::push`] what was sent (or that nothing was).
 #[derive(Debug, Clone)]
 pub struct InFlight<T: Scalar, const NU: usize, const N: usize, const H: usize> {
     /// Newest first; `None` for a cycle in which nothing was sent.
     sent: Deque<Option<ControlSequence<T, NU, N>>, N>,
     /// What came before `sent`, newest first.
     run_out: Deque<Option<ControlSequence<T, NU, N>>, H>,
-    last_input: SVector<T, NU>,
-    last_age: Age,
+    /// What was played in the last cycle. Of a certain age its `held` is what was applied, whatever the age.
+    played: Modes<T, NU, N>,
+    /// What was applied in the last cycle if that was a sequence's last input.
+    oldest: SVector<T, NU>,
 }
 
 impl<T: Scalar, const NU: usize, const N: usize, const H: usize> Default for InFlight<T, NU, N, H> {
     fn default() -> Self {
-        Self { sent: Deque::new(), run_out: Deque::new(), last_input: SVector::zeros(), last_age: Age::Empty }
+        let nothing = SVector::zeros();
+        let played = Modes::certain(Age::Empty, nothing);
+        Self { sent: Deque::new(), run_out: Deque::new(), played, oldest: nothing }
     }
 }
 
@@ -103,6 +109,11 @@ impl<T: Scalar, const NU: usize, const N: usize, const H: usize> InFlight<T, NU,
         self.sent.iter().nth(a.checked_sub(1)?)?.as_ref()
     }
 
+    /// The sequence made in cycle `tick`, if one was sent then and is remembered.
+    pub fn made_at(&self, tick: Tick) -> Option<&ControlSequence<T, NU, N>> {
+        self.sent.iter().chain(&self.run_out).flatten().find(|sequence| sequence.tick == tick)
+    }
+
     /// The input that the actuator applied in cycle `tick` if its buffer had `age` then.
     ///
     /// `None` if no such sequence was sent, or too long ago to remember: an acknowledgement that claims it
@@ -116,12 +127,7 @@ impl<T: Scalar, const NU: usize, const N: usize, const H: usize> InFlight<T, NU,
         held: &SVector<T, NU>,
     ) -> Option<SVector<T, NU>> {
         match age {
-            Age::Steps(steps) => {
-                let made = tick - u32::from(steps);
-                let mut remembered = self.sent.iter().chain(&self.run_out).flatten();
-                let sequence = remembered.find(|sequence| sequence.tick == made)?;
-                sequence.input_at(tick).copied()
-            }
+            Age::Steps(steps) => self.made_at(tick - u32::from(steps))?.input_at(tick).copied(),
             Age::Empty => Some(match default_input {
                 DefaultInput::Zero => SVector::zeros(),
                 DefaultInput::Hold => *held,
@@ -129,41 +135,75 @@ impl<T: Scalar, const NU: usize, const N: usize, const H: usize> InFlight<T, NU,
         }
     }
 
-    /// Takes note of what the actuator played in the last cycle.
+    /// Takes note of what the actuator played in the last cycle, for certain.
     pub fn acknowledge(&mut self, age: Age, input: SVector<T, NU>) {
-        self.last_age = age;
-        self.last_input = input;
+        self.played = Modes::certain(age, input);
     }
 
-    /// The age last acknowledged.
-    pub fn last_age(&self) -> Age {
-        self.last_age
+    /// Takes note of what the actuator may have played in the last cycle, where that is not certain. `oldest` is what was
+    /// applied if that was a sequence's last input.
+    pub fn believe(&mut self, modes: Modes<T, NU, N>, oldest: SVector<T, NU>) {
+        self.played = modes;
+        self.oldest = oldest;
     }
 
-    /// The input last acknowledged, in input units.
-    pub fn last_input(&self) -> &SVector<T, NU> {
-        &self.last_input
+    /// What was applied in the last cycle if `age` was played then and nothing of that sequence is left.
+    fn last_input(&self, age: Age) -> SVector<T, NU> {
+        match (self.played.known(), age) {
+            (None, Age::Steps(_)) => self.oldest,
+            _ => *self.played.held(),
+        }
     }
 
-    /// `vbar`: the expected input in each of the next `n_v` cycles if nothing sent from now on arrived. THEORY 3.
+    /// `vbar`: the expected input in each of the next `n_v` cycles if nothing sent from now on arrived. THEORY 3, 8.
     pub fn expected_inputs<const NX: usize>(&self, gains: &Gains<'_, T, NX, NU>) -> Vec<SVector<T, NU>, N> {
-        self.expected(gains, self.last_age, |b, m| gains.arrival(b, m))
+        let of = |age| self.expected(gains, age, |b, m| gains.arrival(b, m));
+        if let Some(age) = self.played.known() {
+            return of(age);
+        }
+        let mut mean: Vec<SVector<T, NU>, N> =
+            (0..gains.in_flight().min(N)).map(|_| SVector::zeros()).collect();
+        for (age, probability) in self.played.iter() {
+            for (sum, input) in mean.iter_mut().zip(of(age)) {
+                *sum += input * probability;
+            }
+        }
+        mean
     }
 
     /// Calls `each` with every sequence that may turn out to be the newest that has arrived by cycle `k+told`: its
     /// probability, and the expected inputs given that it is, one for each of the next `n_v` cycles. THEORY 7.
     ///
-    /// It is the acknowledged one, or one sent after it; nothing is known of when it arrived. The expected inputs mean
-    /// something from cycle `k+told` on; those before are what the sequence holds for them, played or not.
+    /// It is one that may have been played in the last cycle, or one sent after it; nothing is known of when it arrived. The
+    /// expected inputs mean something from cycle `k+told` on; those before are what the sequence holds for them, played or
+    /// not.
     pub fn for_each_newest<const NX: usize>(
         &self,
         gains: &Gains<'_, T, NX, NU>,
         told: usize,
         mut each: impl FnMut(T, &[SVector<T, NU>]),
     ) {
+        match self.played.known() {
+            Some(age) => self.for_each_newer(gains, told, age, T::one(), &mut each),
+            None => {
+                for (age, probability) in self.played.iter() {
+                    self.for_each_newer(gains, told, age, probability, &mut each);
+                }
+            }
+        }
+    }
+
+    /// The same where `played` is certain, with every probability times `probability`.
+    fn for_each_newer<const NX: usize>(
+        &self,
+        gains: &Gains<'_, T, NX, NU>,
+        told: usize,
+        played: Age,
+        probability: T,
+        each: &mut impl FnMut(T, &[SVector<T, NU>]),
+    ) {
         let one = T::one();
-        let acknowledged =
-            self.last_age.steps().map_or(gains.length(), |steps| steps + 1).min(gains.length());
+        let acknowledged = played.steps().map_or(gains.length(), |steps| steps + 1).min(gains.length());
         // Given that it had not arrived by k+told.
         let arrival = |b, m| {
             let (by_then, under_way) = (gains.arrival(b, m), one - gains.arrival(b, told));
@@ -173,7 +213,7 @@ impl<T: Scalar, const NU: usize, const N: usize, const H: usize> InFlight<T, NU,
                 T::zero()
             }
         };
-        let mut none_newer = one;
+        let mut none_newer = probability;
         for age in 1..acknowledged {
             let arrived = if self.sent(age).is_some() { gains.arrival(age, told) } else { T::zero() };
             let steps = u8::try_from(age - 1).map_or(Age::Empty, Age::Steps);
@@ -182,7 +222,7 @@ impl<T: Scalar, const NU: usize, const N: usize, const H: usize> InFlight<T, NU,
             }
             none_newer *= one - arrived;
         }
-        each(none_newer, &self.expected(gains, self.last_age, arrival));
+        each(none_newer, &self.expected(gains, played, arrival));
     }
 
     /// `vbar` if the actuator had played `age` and packets under way arrived with the probabilities `arrival`.
@@ -196,13 +236,14 @@ impl<T: Scalar, const NU: usize, const N: usize, const H: usize> InFlight<T, NU,
         let mut expected: Vec<SVector<T, NU>, N> =
             (0..gains.in_flight().min(N)).map(|_| SVector::zeros()).collect();
         let sent = |a, m| self.sent(a).and_then(|sequence| sequence.inputs.get(a + m).copied());
-        PlayOut { length, default_input, arrival }.expected_inputs(age, sent, self.last_input, &mut expected);
+        let last = self.last_input(age);
+        PlayOut { length, default_input, arrival }.expected_inputs(age, sent, last, &mut expected);
         expected
     }
 }
 
 /// Puts `entry` in front; a full queue loses its last one.
-pub(crate) fn push_newest<E, const C: usize>(queue: &mut Deque<E, C>, entry: E) {
+fn push_newest<E, const C: usize>(queue: &mut Deque<E, C>, entry: E) {
     if queue.is_full() {
         queue.pop_back();
     }

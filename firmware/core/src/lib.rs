@@ -14,7 +14,7 @@
 //! | [`wire`] | frames as bytes: measurement, control, acknowledgement |
 //! | [`controller`] | one control cycle: frames in, control frame out |
 //! | [`actuator`] | buffer, past-packet rejection, default input, saturation, acknowledgement |
-//! | [`estimator`] | Kalman filter that takes measurements late and out of order |
+//! | [`estimator`] | state and ages, from measurements and acknowledgements that come late, out of order or not at all |
 //! | [`gains`] | the optimal gains as constant data, and the control law |
 //! | [`blob`] | gains as bytes that are loaded at run time |
 //! | [`in_flight`] | what was sent and may still be applied |
@@ -25,7 +25,7 @@
 //! | [`synthesis`] | the recursion that computes the gains, for the generator and for the device itself |
 //!
 //! Immutable configuration ([`gains::Gains`], [`estimator::Model`], [`actuator::Settings`]) and mutable state
-//! ([`controller::Controller`], [`estimator::Kalman`], [`actuator::Actuator`]) are separate types.
+//! ([`controller::Controller`], [`estimator::ModeFilter`], [`actuator::Actuator`]) are separate types.
 //! Dimensions are const generics: `NX` states, `NU` inputs, `NY` outputs; `N` is the *capacity* of a
 //! sequence (its length is data), `H` the number of cycles the estimator remembers.
 

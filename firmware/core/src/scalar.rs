@@ -1,6 +1,6 @@
 //! The scalar types the core computes in: `f32` (the device's default) and `f64`.
 //!
-//! Only what differs between the two lives here; arithmetic is nalgebra's `RealField`. Tables are checked where they are
+//! Only what differs between the two lives here, or between platforms; arithmetic is nalgebra's `RealField`. Tables are checked where they are
 //! constants, and comparisons of a type parameter cannot be `const`: hence a range check for each of the two.
 
 use nalgebra::RealField;
@@ -22,6 +22,10 @@ pub trait Scalar: RealField + Copy + Serialize + DeserializeOwned + sealed::Seal
     fn nearest(value: f64) -> Self;
     /// The same value; exact.
     fn widen(self) -> f64;
+    /// Natural logarithm, of `libm` on every platform: the platform's own may round otherwise.
+    fn logarithm(self) -> Self;
+    /// Exponential function, of `libm` likewise.
+    fn exponential(self) -> Self;
 }
 
 impl Scalar for f32 {
@@ -33,6 +37,12 @@ impl Scalar for f32 {
     fn widen(self) -> f64 {
         f64::from(self)
     }
+    fn logarithm(self) -> Self {
+        libm::logf(self)
+    }
+    fn exponential(self) -> Self {
+        libm::expf(self)
+    }
 }
 
 impl Scalar for f64 {
@@ -43,6 +53,12 @@ impl Scalar for f64 {
     }
     fn widen(self) -> f64 {
         self
+    }
+    fn logarithm(self) -> Self {
+        libm::log(self)
+    }
+    fn exponential(self) -> Self {
+        libm::exp(self)
     }
 }
 

@@ -3,7 +3,8 @@
 use nalgebra::SVector;
 use proptest::prelude::*;
 use slqg::actuator::{Actuator, Age, Applied, Limits, RejectedFrame, RejectedSequence, Settings};
-use slqg::{DefaultInput, Tick, nalgebra, sequence::ControlSequence, wire};
+use slqg::wire::{self, Acknowledgement, MOST_AGES};
+use slqg::{DefaultInput, Tick, nalgebra, sequence::ControlSequence};
 
 const CAPACITY: usize = 4;
 type Device = Actuator<f32, 1, CAPACITY>;
@@ -111,14 +112,76 @@ fn limits_in_the_wrong_order_do_not_panic() {
 #[test]
 fn a_sequence_is_forgotten_long_before_its_tick_can_wrap() {
     // All state is in the debug form: equal forms behave alike for ever, so that what is forgotten after
-    // `CAPACITY` idle cycles cannot come back after 2^31 of them.
+    // some idle cycles cannot come back after 2^31 of them.
     let mut used = device(DefaultInput::Zero, Tick(0));
     assert_eq!(used.offer(sequence(Tick(0), &[1.0; CAPACITY])), Ok(()));
     play(&mut used, CAPACITY);
     assert!(format!("{used:?}").contains("buffer: Some"), "it still guards against older packets");
     play(&mut used, 1);
-    let fresh = device(DefaultInput::Zero, used.tick());
+    assert!(format!("{used:?}").contains("buffer: None"));
+    // What was played is remembered for as long as it may have to be acknowledged.
+    let mut fresh = device(DefaultInput::Zero, used.tick());
+    play(&mut used, MOST_AGES);
+    play(&mut fresh, MOST_AGES);
     assert_eq!(format!("{used:?}"), format!("{fresh:?}"));
+}
+
+/// What `device` acknowledges of `cycles` cycles, which must be about the last one it played.
+fn acknowledged(device: &Device, cycles: usize) -> Vec<Age> {
+    let acknowledgement = device.acknowledgement(cycles).expect("a cycle was played");
+    assert_eq!(acknowledgement.tick, device.tick() - 1);
+    acknowledgement.ages.to_vec()
+}
+
+#[test]
+fn there_is_nothing_to_acknowledge_before_the_first_cycle() {
+    let mut device = device(DefaultInput::Zero, Tick(0));
+    assert_eq!(device.acknowledgement(MOST_AGES), None);
+    assert_eq!(device.offer(sequence(Tick(0), &[1.0])), Ok(()));
+    assert_eq!(device.acknowledgement(MOST_AGES), None, "it has arrived and is not played yet");
+    device.step();
+    assert_eq!(device.acknowledgement(1), Some(Acknowledgement::of(Tick(0), Age::Steps(0))));
+}
+
+#[test]
+fn an_acknowledgement_says_what_was_played_newest_first() {
+    // Zero and hold differ in the input, not in the age.
+    for default_input in [DefaultInput::Zero, DefaultInput::Hold] {
+        let start = Tick(u32::MAX - 1);
+        let mut device = device(default_input, start);
+        device.step();
+        assert_eq!(device.offer(sequence(start + 1, &[1.0, 2.0])), Ok(()));
+        play(&mut device, 3);
+        assert_eq!(device.offer(sequence(start + 3, &[3.0; CAPACITY])), Ok(()));
+        device.step();
+        let ages = [Age::Steps(1), Age::Empty, Age::Steps(1), Age::Steps(0), Age::Empty];
+        assert_eq!(device.acknowledgement(5).expect("played").tick, start + 4, "past the wrap of ticks");
+        for cycles in 1..=5 {
+            assert_eq!(acknowledged(&device, cycles), ages[..cycles]);
+        }
+        assert_eq!(acknowledged(&device, 6), ages, "no more than were played");
+    }
+}
+
+#[test]
+fn an_acknowledgement_is_about_one_to_eight_cycles_whatever_is_asked_for() {
+    let mut device = device(DefaultInput::Zero, Tick(0));
+    for cycle in 1..=2 * MOST_AGES {
+        device.step();
+        assert_eq!(acknowledged(&device, 0).len(), 1);
+        assert_eq!(acknowledged(&device, MOST_AGES).len(), cycle.min(MOST_AGES));
+        assert_eq!(acknowledged(&device, usize::MAX).len(), cycle.min(MOST_AGES));
+    }
+}
+
+#[test]
+fn asking_for_an_acknowledgement_changes_nothing() {
+    let mut device = device(DefaultInput::Hold, Tick(0));
+    assert_eq!(device.offer(sequence(Tick(0), &[1.0, 2.0, 3.0])), Ok(()));
+    device.step();
+    assert_eq!(device.acknowledgement(3), device.acknowledgement(3));
+    assert_eq!(play(&mut device, 1), [(2.0, Age::Steps(1))]);
+    assert_eq!(acknowledged(&device, 3), [Age::Steps(1), Age::Steps(0)]);
 }
 
 /// A link's doing with one packet.
@@ -177,6 +240,7 @@ proptest! {
         let default_input = if hold { DefaultInput::Hold } else { DefaultInput::Zero };
         let mut device = device(default_input, Tick(start));
         let mut last = 0.0;
+        let mut ages = vec![];
         let mut damaged_frames = 0;
         for cycle in 0..packets.len() + 8 {
             for sent in arrivals(&packets, cycle) {
@@ -202,6 +266,10 @@ proptest! {
                 tick: Tick(start) + cycle as u32, input: SVector::from([expected]), age,
             });
             last = expected;
+            ages.insert(0, age);
+            let told = device.acknowledgement(MOST_AGES).expect("a cycle was played");
+            prop_assert_eq!(told.tick, applied.tick);
+            prop_assert_eq!(&told.ages[..], &ages[..ages.len().min(MOST_AGES)]);
         }
         prop_assert!(device.rejected_frames() >= damaged_frames);
     }

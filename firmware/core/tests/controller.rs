@@ -27,7 +27,7 @@ fn measurement_frame<T: Number>(tick: Tick, output: T) -> Vec<u8> {
 
 fn acknowledgement_frame<T: Number>(tick: Tick, age: Age) -> Vec<u8> {
     let mut buffer = [0; 32];
-    let acknowledgement = Acknowledgement { tick, age };
+    let acknowledgement = Acknowledgement::of(tick, age);
     wire::encode_acknowledgement::<T>(&acknowledgement, &mut buffer).expect("there is room").to_vec()
 }
 
@@ -152,8 +152,8 @@ fn belief_is_what_was_applied<T: Number>(mut run: Loop<'_, T>) {
         for (at, applied) in run.applied.iter().enumerate().skip(run.cycle.saturating_sub(LATE + 1)) {
             let default_known = !hold || known || at == 0;
             known = run.acknowledged[at] && (applied.age != Age::Empty || default_known);
-            if let (true, Some(input)) = (known, run.controller.estimator().input(applied.tick)) {
-                assert_eq!(*input, applied.input, "cycle {at} seen from {}", run.cycle);
+            if let (true, Some(input)) = (known, run.controller.expected_input(applied.tick)) {
+                assert_eq!(input, applied.input, "cycle {at} seen from {}", run.cycle);
                 compared += 1;
             }
         }

@@ -40,7 +40,7 @@ impl<T: Judge> Run<T> {
 
 fn acknowledge<T: Number>(controller: &mut Node<'_, T>, tick: Tick, age: Age) -> Result<(), RejectedFrame> {
     let mut buffer = [0; 32];
-    let acknowledgement = Acknowledgement { tick, age };
+    let acknowledgement = Acknowledgement::of(tick, age);
     let frame = wire::encode_acknowledgement::<T>(&acknowledgement, &mut buffer).expect("there is room");
     controller.receive(frame)
 }
@@ -74,9 +74,12 @@ fn run<T: Judge>(bench: &Bench<T>, trigger: Option<Trigger<'_, T, 2, 1>>, seed: 
         for frame in arrived {
             let _ = actuator.receive(frame);
         }
+        if let Some(last) = applied.last() {
+            let Applied { tick, input, .. } = last;
+            assert_eq!(controller.expected_input(*tick), Some(*input));
+        }
         let played = actuator.step();
         acknowledge(&mut controller, played.tick, played.age).expect("what was played was sent");
-        assert_eq!(controller.estimator().input(played.tick), Some(&played.input));
         let (x, u) = (state.map(T::widen), played.input[0].widen());
         cost += x[0] * x[0] + 0.1 * x[1] * x[1] + 0.05 * u * u;
         state = model.a * state + model.b * played.input + noise.map(T::nearest);

@@ -126,7 +126,7 @@ fn the_decision_is_about_the_sequence_with_its_feedforward_and_what_it_displaces
             }
             let applied = actuator.step();
             in_flight.acknowledge(applied.age, applied.input);
-            let acknowledgement = Acknowledgement { tick: applied.tick, age: applied.age };
+            let acknowledgement = Acknowledgement::of(applied.tick, applied.age);
             let frame =
                 wire::encode_acknowledgement::<f64>(&acknowledgement, &mut buffer).expect("there is room");
             controller.receive(frame).expect("of use");

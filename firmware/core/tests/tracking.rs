@@ -2,9 +2,10 @@
 
 mod double_integrator;
 
-use double_integrator::{LENGTH, Node, WEIGHT, Workshop, at_fixed_point};
+use double_integrator::{Apart, LENGTH, Node, WEIGHT, Workshop, at_fixed_point};
 use slqg::actuator::{Actuator, Settings};
 use slqg::controller::{Design, InvalidDesign};
+use slqg::estimator::Merging;
 use slqg::gains::{self, Gains};
 use slqg::nalgebra::SVector;
 use slqg::synthesis::{LinearCost, Stage};
@@ -233,7 +234,7 @@ fn drive(bench: &Bench, reference: &[Sample], known: impl Fn(usize) -> Vec<Sampl
         let frame = controller.cycle(&mut buffer).expect("there is room").expect("finite");
         actuator.receive(frame).expect("newer than the last");
         let applied = actuator.step();
-        let acknowledgement = Acknowledgement { tick: applied.tick, age: applied.age };
+        let acknowledgement = Acknowledgement::of(applied.tick, applied.age);
         let frame =
             wire::encode_acknowledgement::<f64>(&acknowledgement, &mut buffer).expect("there is room");
         controller.receive(frame).expect("of use");
@@ -267,5 +268,34 @@ fn a_step_that_is_known_ahead_costs_less_than_one_that_is_not() {
         assert!(less < 0.6 * more, "{less} and {more}");
         assert!(foreseen[100][0] > 0.2, "it has set off before the step: {}", foreseen[100][0]);
         assert_eq!(surprised[100][0], 0.0);
+    }
+}
+
+#[test]
+fn a_set_point_is_reached_without_any_acknowledgement() {
+    for default_input in BOTH {
+        let bench = Bench::new(default_input);
+        for merging in [Merging::Single, Merging::Imm, Merging::Gpb2] {
+            let design = Design { preview: Some(bench.preview()), merging, ..bench.workshop.design() };
+            let mut controller = Apart::new(design, Tick(0)).expect("a fitting design");
+            controller.follow(&[Sample::from([2.0, 0.0])]).expect("samples of the tracked outputs");
+            let mut actuator = Actuator::<f64, 1, 6>::new(bench.workshop.settings, Tick(0));
+            let model = &bench.workshop.model;
+            let mut state = SVector::from([0.0, 0.0]);
+            let mut buffer = [0; 96];
+            for cycle in 0..300 {
+                let measurement = Measurement { tick: Tick(cycle), output: model.c * state };
+                let frame = wire::encode_measurement(&measurement, &mut buffer).expect("there is room");
+                controller.receive(frame).expect("of use");
+                let frame = controller.cycle(&mut buffer).expect("there is room").expect("finite");
+                // Two packets in three are lost.
+                if cycle % 3 == 1 {
+                    actuator.receive(frame).expect("newer than the last");
+                }
+                state = model.a * state + model.b * actuator.step().input;
+            }
+            assert!((state[0] - 2.0).abs() < 0.01, "{state} with {merging:?}");
+            assert_eq!(controller.counts().unacknowledged, 299);
+        }
     }
 }

@@ -3,8 +3,8 @@
 use nalgebra::SVector;
 use proptest::prelude::*;
 use slqg::wire::{
-    self, Acknowledgement, DecodeError, EncodeError, Measurement, decode_acknowledgement, decode_control,
-    decode_measurement, encode_acknowledgement, encode_control, encode_measurement,
+    self, Acknowledgement, DecodeError, EncodeError, MOST_AGES, Measurement, decode_acknowledgement,
+    decode_control, decode_measurement, encode_acknowledgement, encode_control, encode_measurement,
 };
 use slqg::{Scalar, Tick, actuator::Age, nalgebra, sequence::ControlSequence};
 
@@ -36,17 +36,33 @@ fn sequence<T: Scalar>() -> Sequence<T, 1, 4> {
     Sequence { tick: Tick(u32::MAX), inputs }
 }
 
-const PLAYED: Acknowledgement = Acknowledgement { tick: Tick(0x0001_0000), age: Age::Steps(2) };
-const DEFAULTED: Acknowledgement = Acknowledgement { tick: Tick(0x0001_0000), age: Age::Empty };
+/// What acknowledgements say of cycle 0x00010000 and those before it.
+fn acknowledgement(ages: &[Age]) -> Acknowledgement {
+    Acknowledgement { tick: Tick(0x0001_0000), ages: ages.iter().copied().collect() }
+}
 
-/// Measurement, control, and the two acknowledgements above.
-fn golden<T: Scalar>() -> [Vec<u8>; 4] {
+fn played() -> Acknowledgement {
+    acknowledgement(&[Age::Steps(2)])
+}
+
+fn defaulted() -> Acknowledgement {
+    acknowledgement(&[Age::Empty])
+}
+
+/// A sequence that has just come, the default input before it, and the last input of an older one before that.
+fn repeated() -> Acknowledgement {
+    acknowledgement(&[Age::Steps(0), Age::Empty, Age::Steps(3)])
+}
+
+/// Measurement, control, and the three acknowledgements above.
+fn golden<T: Scalar>() -> [Vec<u8>; 5] {
     let frames = if T::BYTES == 4 {
         [
             "01 01 04 04 03 02 01 02 00 00 80 3f 00 00 20 c0 ce 4f 84 46",
             "01 02 04 ff ff ff ff 01 03 00 00 00 3f 00 00 80 bf cd cc cc 3d b6 a0 1e 01",
             "01 03 04 00 00 01 00 02 0b 6f 9e 8b",
             "01 03 04 00 00 01 00 ff ad 4c d8 c7",
+            "01 03 04 00 00 01 00 00 ff 03 51 bd 9b 98",
         ]
     } else {
         [
@@ -55,9 +71,16 @@ fn golden<T: Scalar>() -> [Vec<u8>; 4] {
              9a 99 99 99 99 99 b9 3f f7 eb dc a8",
             "01 03 08 00 00 01 00 02 63 40 6d 59",
             "01 03 08 00 00 01 00 ff c5 63 2b 15",
+            "01 03 08 00 00 01 00 00 ff 03 e6 3b bd fb",
         ]
     };
     frames.map(bytes)
+}
+
+/// The content of an acknowledgement frame of `count` different ages, however many they are.
+fn acknowledgement_content(count: usize) -> Vec<u8> {
+    let ages = (0..count).map(|age| age as u8);
+    bytes("01 03 04 00 00 01 00").into_iter().chain(ages).collect()
 }
 
 /// Whether any receiver in this file takes `frame`.
@@ -68,16 +91,16 @@ fn anyone_takes<T: Scalar>(frame: &[u8]) -> bool {
 }
 
 fn meets_golden_bytes_both_ways<T: Scalar>() {
-    let [measured, controlled, played, defaulted] = golden::<T>();
+    let [measured, controlled, acknowledged @ ..] = golden::<T>();
     let mut buffer = [0xAA; 64];
     assert_eq!(encode_measurement(&measurement::<T>(), &mut buffer), Ok(&measured[..]));
     assert_eq!(encode_control(&sequence::<T>(), &mut buffer), Ok(&controlled[..]));
-    assert_eq!(encode_acknowledgement::<T>(&PLAYED, &mut buffer), Ok(&played[..]));
-    assert_eq!(encode_acknowledgement::<T>(&DEFAULTED, &mut buffer), Ok(&defaulted[..]));
     assert_eq!(decode_measurement(&measured), Ok(measurement::<T>()));
     assert_eq!(decode_control(&controlled), Ok(sequence::<T>()));
-    assert_eq!(decode_acknowledgement::<T>(&played), Ok(PLAYED));
-    assert_eq!(decode_acknowledgement::<T>(&defaulted), Ok(DEFAULTED));
+    for (acknowledgement, frame) in [played(), defaulted(), repeated()].into_iter().zip(&acknowledged) {
+        assert_eq!(encode_acknowledgement::<T>(&acknowledgement, &mut buffer), Ok(&frame[..]));
+        assert_eq!(decode_acknowledgement::<T>(frame), Ok(acknowledgement));
+    }
 }
 
 #[test]
@@ -116,8 +139,13 @@ fn frames_are_as_long_as_announced<T: Scalar, const D: usize>() {
         let frame = encode_control(&sequence, &mut buffer).expect("there is room");
         assert_eq!(frame.len(), wire::control_len(D, length, T::BYTES));
     }
-    let frame = encode_acknowledgement::<T>(&PLAYED, &mut buffer).expect("there is room");
-    assert_eq!(frame.len(), wire::ACKNOWLEDGEMENT_LEN);
+    for count in 1..=MOST_AGES {
+        let acknowledgement = acknowledgement(&[Age::Empty; MOST_AGES][..count]);
+        let frame = encode_acknowledgement::<T>(&acknowledgement, &mut buffer).expect("there is room");
+        assert_eq!(frame.len(), wire::acknowledgement_len(count));
+        assert!(frame.len() <= wire::LONGEST_ACKNOWLEDGEMENT);
+    }
+    assert_eq!(wire::LONGEST_ACKNOWLEDGEMENT, wire::acknowledgement_len(MOST_AGES));
 }
 
 #[test]
@@ -131,7 +159,9 @@ fn the_length_functions_tell_the_length_of_every_frame() {
 #[test]
 fn no_truncated_extended_or_bit_flipped_frame_is_taken() {
     fn check<T: Scalar>() {
-        for frame in golden::<T>() {
+        let mut longest = acknowledgement_content(MOST_AGES);
+        longest[2] = T::BYTES;
+        for frame in golden::<T>().into_iter().chain([sealed(&longest)]) {
             assert!(anyone_takes::<T>(&frame));
             for length in 0..frame.len() {
                 assert!(!anyone_takes::<T>(&frame[..length]), "{length} bytes of {frame:02x?}");
@@ -178,7 +208,7 @@ fn every_reason_to_reject_a_frame_has_its_name() {
     for value in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
         assert_eq!(control(&|content| put(content, 17, value)), Err(DecodeError::NotFinite));
     }
-    let [measured, _, played, _] = golden::<f32>();
+    let [measured, _, played, ..] = golden::<f32>();
     assert_eq!(decode_measurement::<f32, 3>(&measured), Err(DecodeError::Dimension(2)));
     assert_eq!(decode_measurement::<f64, 2>(&measured), Err(DecodeError::Scalar(4)));
     assert_eq!(decode_measurement::<f32, 2>(&played), Err(DecodeError::Kind(3)));
@@ -189,14 +219,34 @@ fn every_reason_to_reject_a_frame_has_its_name() {
     for content in [&measured[..12], &[&measured[..16], &[0][..]].concat()] {
         assert_eq!(decode_measurement::<f32, 2>(&sealed(content)), Err(DecodeError::Length));
     }
-    for content in [&played[..7], &[&played[..8], &[0][..]].concat()] {
-        assert_eq!(decode_acknowledgement::<f32>(&sealed(content)), Err(DecodeError::Length));
+    let acknowledgement =
+        |count| decode_acknowledgement::<f32>(&sealed(&acknowledgement_content(count))).unwrap_err();
+    assert_eq!(acknowledgement(0), DecodeError::Ages(0));
+    assert_eq!(acknowledgement(MOST_AGES + 1), DecodeError::Ages(9));
+    assert_eq!(acknowledgement(255), DecodeError::Ages(255));
+    assert_eq!(acknowledgement(256), DecodeError::Ages(255), "as many as a byte holds");
+}
+
+#[test]
+fn the_length_of_an_acknowledgement_tells_how_many_cycles_it_is_about() {
+    let ages = [0, 1, 2, 3, 4, 5, 6, 7].map(Age::Steps);
+    let mut buffer = [0; wire::LONGEST_ACKNOWLEDGEMENT];
+    for count in 1..=MOST_AGES {
+        let told = acknowledgement(&ages[..count]);
+        let frame = sealed(&acknowledgement_content(count));
+        assert_eq!(encode_acknowledgement::<f32>(&told, &mut buffer), Ok(&frame[..]));
+        assert_eq!(decode_acknowledgement::<f32>(&frame), Ok(told));
     }
 }
 
 #[test]
+fn an_acknowledgement_of_one_cycle_says_nothing_of_others() {
+    assert_eq!(Acknowledgement::of(Tick(0x0001_0000), Age::Steps(2)), played());
+}
+
+#[test]
 fn a_buffer_that_is_too_small_is_an_error() {
-    let [measured, controlled, played, _] = golden::<f64>();
+    let [measured, controlled, .., told] = golden::<f64>();
     let mut buffer = [0; 64];
     for room in 0..measured.len() {
         let outcome = encode_measurement(&measurement::<f64>(), &mut buffer[..room]);
@@ -206,8 +256,8 @@ fn a_buffer_that_is_too_small_is_an_error() {
         let outcome = encode_control(&sequence::<f64>(), &mut buffer[..room]);
         assert_eq!(outcome, Err(EncodeError::BufferTooSmall));
     }
-    for room in 0..played.len() {
-        let outcome = encode_acknowledgement::<f64>(&PLAYED, &mut buffer[..room]);
+    for room in 0..told.len() {
+        let outcome = encode_acknowledgement::<f64>(&repeated(), &mut buffer[..room]);
         assert_eq!(outcome, Err(EncodeError::BufferTooSmall));
     }
 }
@@ -220,8 +270,17 @@ fn what_one_byte_cannot_count_is_an_error() {
     let inputs = (0..256).map(|_| SVector::<f32, 1>::zeros()).collect();
     let sequence = Sequence::<f32, 1, 256> { tick: Tick(0), inputs };
     assert_eq!(encode_control(&sequence, &mut buffer), Err(EncodeError::TooMany));
-    let oldest = Acknowledgement { tick: Tick(0), age: Age::Steps(255) };
-    assert_eq!(encode_acknowledgement::<f32>(&oldest, &mut buffer), Err(EncodeError::TooMany));
+    for ages in [&[Age::Steps(255)][..], &[Age::Steps(254), Age::Steps(255)]] {
+        let outcome = encode_acknowledgement::<f32>(&acknowledgement(ages), &mut buffer);
+        assert_eq!(outcome, Err(EncodeError::TooMany));
+    }
+}
+
+#[test]
+fn an_acknowledgement_of_no_cycle_is_not_written() {
+    let mut buffer = [0; 64];
+    let outcome = encode_acknowledgement::<f32>(&acknowledgement(&[]), &mut buffer);
+    assert_eq!(outcome, Err(EncodeError::NoAges));
 }
 
 /// Contents that get past the checksum, often past the header, and often with as many numbers as they say.
@@ -230,15 +289,16 @@ fn almost_valid_content() -> impl Strategy<Value = Vec<u8>> {
     let header = (prop_oneof![9 => Just(1u8), 1 => any::<u8>()], 0u8..5, scalar, any::<[u8; 4]>());
     let noise = proptest::collection::vec(any::<u8>(), 300);
     let missing = prop_oneof![3 => Just(0usize), 1 => 0usize..4];
-    (header, 0u8..4, 0u8..6, missing, noise).prop_map(|(header, dimension, length, missing, noise)| {
+    let counts = (0u8..4, 0u8..6, 0..MOST_AGES + 4);
+    (header, counts, missing, noise).prop_map(|(header, (dimension, length, ages), missing, noise)| {
         let (version, kind, scalar, tick) = header;
-        let (counts, numbers) = match kind {
-            1 => (vec![dimension], dimension),
-            2 => (vec![dimension, length], dimension * length),
-            _ => (vec![length], 0),
+        let numbers = |count: u8| usize::from(count) * usize::from(scalar.min(8));
+        let (counts, rest) = match kind {
+            1 => (vec![dimension], numbers(dimension)),
+            2 => (vec![dimension, length], numbers(dimension * length)),
+            _ => (vec![], ages),
         };
-        let numbers = usize::from(numbers) * usize::from(scalar.min(8));
-        let payload = &noise[..numbers.saturating_sub(missing)];
+        let payload = &noise[..rest.saturating_sub(missing)];
         [&[version, kind, scalar][..], &tick, &counts, payload].concat()
     })
 }
@@ -255,6 +315,7 @@ fn taken_frames_are_canonical<T: Scalar, const D: usize, const N: usize>(frame: 
         assert_eq!(encode_control(&sequence, &mut buffer), Ok(frame));
     }
     if let Ok(acknowledgement) = decode_acknowledgement::<T>(frame) {
+        assert!((1..=MOST_AGES).contains(&acknowledgement.ages.len()));
         assert_eq!(encode_acknowledgement::<T>(&acknowledgement, &mut buffer), Ok(frame));
     }
 }

@@ -26,6 +26,27 @@ pub fn command_line(buffer: &mut [u8]) -> Option<&str> {
     core::str::from_utf8(buffer.get(..block[1].get())?).ok()
 }
 
+/// The CMSDK timer 0 of the board: control register, and the value that counts down from the reload value.
+const TIMER_CONTROL: *mut u32 = core::ptr::without_provenance_mut(0x4000_0000);
+const TIMER_VALUE: *mut u32 = core::ptr::without_provenance_mut(0x4000_0004);
+const TIMER_RELOAD: *mut u32 = core::ptr::without_provenance_mut(0x4000_0008);
+
+/// Starts the timer that [`ticks`] reads. It ticks once a cycle of the system clock, 25 MHz.
+pub fn start_timer() {
+    // SAFETY: these are the registers of the board's timer 0, which nothing else uses; any value may be written.
+    unsafe {
+        TIMER_RELOAD.write_volatile(u32::MAX);
+        TIMER_VALUE.write_volatile(u32::MAX);
+        TIMER_CONTROL.write_volatile(1);
+    }
+}
+
+/// Ticks since the timer was started; wraps.
+pub fn ticks() -> u32 {
+    // SAFETY: as above; reading has no effect.
+    u32::MAX - unsafe { TIMER_VALUE.read_volatile() }
+}
+
 /// Ends the program, with exit status 0 or 1 where QEMU runs it.
 pub fn exit(success: bool) -> ! {
     debug::exit(if success { debug::EXIT_SUCCESS } else { debug::EXIT_FAILURE });

@@ -9,25 +9,71 @@
 //! | `pendulum_event` | packets sent only if they are worth it |
 //! | `drive_tracking` | a reference that is followed with preview |
 //! | `drive_event` | all at once: hold, reference, packets that must be worth it |
+//! | `pendulum_late` | acknowledgements late and lost, later ones make good for them |
+//! | `integrator` | the double integrator, every age acknowledged at once |
+//! | `integrator_single` | no acknowledgement at all, all ages in one estimate |
+//! | `integrator_imm` | the same, the age in the last cycle kept apart |
+//! | `integrator_gpb2` | the same, the ages in the last two cycles kept apart |
 
-use crate::closed_loop::{Loop, Outcome};
+use crate::closed_loop::{Feedback, Loop, Outcome};
+use slqg::{controller::Design, estimator::Merging};
 
 /// A loop to run: its name and its run.
 #[derive(Clone, Copy, Debug)]
 pub struct Case {
     /// As in the table above.
     pub name: &'static str,
-    /// Runs it from its fixed start to its fixed end.
-    pub run: fn() -> Outcome,
+    /// Runs it from its fixed start to its fixed end; takes a clock, which counts upwards and may wrap.
+    pub run: fn(fn() -> u32) -> Outcome,
 }
 
 /// Every case, in the order in which they are run.
-pub const CASES: [Case; 5] = [
-    Case { name: "pendulum", run: pendulum::run },
-    Case { name: "pendulum_hold", run: pendulum_hold::run },
-    Case { name: "pendulum_event", run: pendulum_event::run },
-    Case { name: "drive_tracking", run: drive_tracking::run },
-    Case { name: "drive_event", run: drive_event::run },
+pub const CASES: [Case; 10] = [
+    Case { name: "pendulum", run: |clock| pendulum::run::<1>(clock, Merging::Single, Feedback::Instant) },
+    Case {
+        name: "pendulum_hold",
+        run: |clock| pendulum_hold::run::<1>(clock, Merging::Single, Feedback::Instant),
+    },
+    Case {
+        name: "pendulum_event",
+        run: |clock| pendulum_event::run::<1>(clock, Merging::Single, Feedback::Instant),
+    },
+    Case {
+        name: "drive_tracking",
+        run: |clock| drive_tracking::run::<1>(clock, Merging::Single, Feedback::Instant),
+    },
+    Case {
+        name: "drive_event",
+        run: |clock| drive_event::run::<1>(clock, Merging::Single, Feedback::Instant),
+    },
+    Case {
+        name: "pendulum_late",
+        run: |clock| pendulum::run::<5>(clock, Merging::Imm, Feedback::Scripted(&LATE)),
+    },
+    Case { name: "integrator", run: |clock| integrator::run::<1>(clock, Merging::Single, Feedback::Instant) },
+    Case {
+        name: "integrator_single",
+        run: |clock| integrator::run::<1>(clock, Merging::Single, Feedback::None),
+    },
+    Case { name: "integrator_imm", run: |clock| integrator::run::<7>(clock, Merging::Imm, Feedback::None) },
+    Case { name: "integrator_gpb2", run: |clock| integrator::run::<7>(clock, Merging::Gpb2, Feedback::None) },
+];
+
+/// Delays of acknowledgements: a third of them lost, four in a row once in a while.
+const LATE: [Option<u8>; 13] = [
+    Some(0),
+    None,
+    Some(1),
+    Some(0),
+    Some(2),
+    None,
+    Some(0),
+    None,
+    None,
+    None,
+    None,
+    Some(0),
+    Some(3), //
 ];
 
 /// What the generator makes of a design, and its loop.
@@ -37,10 +83,15 @@ macro_rules! case {
         mod $name {
             include!(concat!(env!("OUT_DIR"), "/", stringify!($name), ".rs"));
 
-            pub(super) fn run() -> super::Outcome {
-                let closed_loop =
-                    super::Loop { design: &DESIGN, actuator: ACTUATOR, tracked: $tracked, plateau: $plateau };
-                closed_loop.run::<SEQUENCE_LENGTH, HISTORY>()
+            pub(super) fn run<const ESTIMATES: usize>(
+                clock: fn() -> u32,
+                merging: super::Merging,
+                feedback: super::Feedback,
+            ) -> super::Outcome {
+                let design = super::Design { merging, ..DESIGN };
+                let (tracked, plateau) = ($tracked, $plateau);
+                super::Loop { design, actuator: ACTUATOR, tracked, plateau, feedback }
+                    .run::<SEQUENCE_LENGTH, HISTORY, ESTIMATES>(clock)
             }
         }
     };
@@ -51,6 +102,7 @@ macro_rules! case {
 case!(pendulum);
 case!(pendulum_hold);
 case!(pendulum_event);
+case!(integrator);
 // A move of 5 mm: the position is tracked.
 case!(drive_tracking, [[1.0, 0.0, 0.0]], [5.0]);
 case!(drive_event, [[1.0, 0.0, 0.0]], [5.0]);
@@ -62,12 +114,12 @@ mod tests {
 
     fn outcome(name: &str) -> Outcome {
         let case = CASES.iter().find(|case| case.name == name).expect("a case of that name");
-        (case.run)()
+        (case.run)(|| 0)
     }
 
     #[test]
     fn the_rod_stays_upright_through_the_scripted_losses() {
-        for name in ["pendulum", "pendulum_hold"] {
+        for name in ["pendulum", "pendulum_hold", "pendulum_late"] {
             let outcome = outcome(name);
             assert!(outcome.largest[2] < 0.5, "{name}: {outcome:?}");
             assert!(outcome.state.iter().all(|value| value.abs() < 2.0), "{name}: {outcome:?}");
@@ -96,7 +148,15 @@ mod tests {
     #[test]
     fn a_run_is_the_same_every_time() {
         for case in CASES {
-            assert_eq!((case.run)(), (case.run)(), "{}", case.name);
+            assert_eq!((case.run)(|| 0), (case.run)(|| 0), "{}", case.name);
+        }
+    }
+
+    #[test]
+    fn the_integrator_is_held_without_acknowledgements_by_every_estimator() {
+        for name in ["integrator", "integrator_single", "integrator_imm", "integrator_gpb2"] {
+            let outcome = outcome(name);
+            assert!(outcome.state.iter().all(|value| value.abs() < 20.0), "{name}: {outcome:?}");
         }
     }
 }

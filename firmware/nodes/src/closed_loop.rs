@@ -12,7 +12,7 @@ use slqg::{
     actuator::{Actuator, Settings},
     controller::{Controller, Design},
     nalgebra::SVector,
-    wire::{self, Acknowledgement, Measurement},
+    wire::{self, Measurement},
 };
 
 /// Cycles of a run: 4 s of the pendulum.
@@ -86,19 +86,50 @@ pub struct Outcome {
     pub largest_error: f32,
     /// Control frames sent.
     pub sent: u32,
+    /// Time the controller took, by the clock that the run was given.
+    pub time: Time,
+}
+
+/// Time of the controller's cycles, frames taken in included, in ticks of a clock.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Time {
+    /// Of all cycles together.
+    pub total: u64,
+    /// Of the longest one.
+    pub longest: u32,
+}
+
+impl Time {
+    fn add(&mut self, ticks: u32) {
+        self.total += u64::from(ticks);
+        self.longest = self.longest.max(ticks);
+    }
+}
+
+/// What becomes of the acknowledgements.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Feedback {
+    /// Each is there before the next cycle.
+    Instant,
+    /// There is none.
+    None,
+    /// Delays in cycles, over and over; each tells the last four cycles.
+    Scripted(&'static [Option<u8>]),
 }
 
 /// One end of the loop's constants, as the generator makes them.
 #[derive(Debug)]
 pub(crate) struct Loop<const NX: usize, const NU: usize, const NY: usize, const NZ: usize> {
     /// The controller's.
-    pub(crate) design: &'static Design<'static, f32, NX, NU, NY>,
+    pub(crate) design: Design<'static, f32, NX, NU, NY>,
     /// The actuator's.
     pub(crate) actuator: Settings<f32, NU>,
     /// Tracked outputs as rows over the states; without any, no reference is handed over.
     pub(crate) tracked: [[f32; NX]; NZ],
     /// What each tracked output is to be in the middle half of the run; zero before and after.
     pub(crate) plateau: [f32; NZ],
+    /// The acknowledgements' way.
+    pub(crate) feedback: Feedback,
 }
 
 impl<const NX: usize, const NU: usize, const NY: usize, const NZ: usize> Loop<NX, NU, NY, NZ> {
@@ -107,15 +138,15 @@ impl<const NX: usize, const NU: usize, const NY: usize, const NZ: usize> Loop<NX
         if within { SVector::from(self.plateau) } else { SVector::zeros() }
     }
 
-    /// Runs the loop from its fixed start to its fixed end.
+    /// Runs the loop from its fixed start to its fixed end. `clock` counts upwards in ticks of any length, and may wrap.
     ///
     /// # Panics
     /// If the generated design does not fit its own types, which the generator rules out.
-    pub(crate) fn run<const N: usize, const H: usize>(&self) -> Outcome {
+    pub(crate) fn run<const N: usize, const H: usize, const E: usize>(&self, clock: fn() -> u32) -> Outcome {
         let checksum = Crc::<u32>::new(&CRC_32_ISCSI);
         let mut digest = checksum.digest();
         let start = Tick(0);
-        let Ok(mut controller) = Controller::<f32, NX, NU, NY, N, H>::new(*self.design, start) else {
+        let Ok(mut controller) = Controller::<f32, NX, NU, NY, N, H, E>::new(self.design, start) else {
             panic!("the generated design does not fit its controller");
         };
         let model = self.design.model;
@@ -126,6 +157,14 @@ impl<const NX: usize, const NU: usize, const NY: usize, const NZ: usize> Loop<NX
         let mut state = model.initial_mean;
         let mut largest = SVector::<f32, NX>::zeros();
         let (mut largest_error, mut sent) = (0.0_f32, 0);
+        let mut time = Time::default();
+        let mut acknowledgement_link = match self.feedback {
+            Feedback::Scripted(script) => ScriptedLink::new(script),
+            Feedback::Instant => ScriptedLink::new(&[Some(0)]),
+            Feedback::None => ScriptedLink::new(&[None]),
+        };
+        let told_cycles = if matches!(self.feedback, Feedback::Scripted(_)) { 4 } else { 1 };
+        let mut acknowledged = Vec::new();
 
         for cycle in 0..CYCLES {
             let tick = start + cycle;
@@ -133,9 +172,10 @@ impl<const NX: usize, const NU: usize, const NY: usize, const NZ: usize> Loop<NX
             if let Ok(frame) = wire::encode_measurement(&Measurement { tick, output }, &mut buffer) {
                 sensor_link.send(frame);
             }
+            let begin = clock();
             // A refused frame changes nothing and is counted by the controller.
-            for frame in sensor_link.arrived() {
-                let _ = controller.receive(&frame);
+            for frame in sensor_link.arrived().iter().chain(&acknowledged) {
+                let _ = controller.receive(frame);
             }
             if let Some(preview) = &self.design.preview {
                 let ahead =
@@ -144,6 +184,7 @@ impl<const NX: usize, const NU: usize, const NY: usize, const NZ: usize> Loop<NX
                 let _ = controller.follow(&known);
             }
             let frame = controller.cycle(&mut buffer).ok().flatten();
+            time.add(clock().wrapping_sub(begin));
             sent += u32::from(frame.is_some());
             digest.update(&[u8::from(frame.is_some())]);
             match frame {
@@ -154,11 +195,13 @@ impl<const NX: usize, const NU: usize, const NY: usize, const NZ: usize> Loop<NX
                 let _ = actuator.receive(&frame);
             }
             let played = actuator.step();
-            // The acknowledgement reaches the controller before the next cycle begins.
-            let told = Acknowledgement { tick, age: played.age };
-            if let Ok(frame) = wire::encode_acknowledgement::<f32>(&told, &mut buffer) {
-                let _ = controller.receive(frame);
+            // What arrives now is there before the next cycle begins.
+            let told = actuator.acknowledgement(told_cycles);
+            if let Some(Ok(frame)) = told.map(|told| wire::encode_acknowledgement::<f32>(&told, &mut buffer))
+            {
+                acknowledgement_link.send(frame);
             }
+            acknowledged = acknowledgement_link.arrived();
 
             for (row, reference) in self.tracked.iter().zip(self.reference(cycle).iter()) {
                 let error = SVector::from(*row).dot(&state) - reference;
@@ -180,6 +223,7 @@ impl<const NX: usize, const NU: usize, const NY: usize, const NZ: usize> Loop<NX
             largest: largest.iter().copied().collect(),
             largest_error,
             sent,
+            time,
         }
     }
 }

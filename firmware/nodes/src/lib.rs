@@ -18,7 +18,7 @@ mod closed_loop;
 mod scripted_link;
 
 pub use cases::{CASES, Case};
-pub use closed_loop::{CYCLES, Outcome};
+pub use closed_loop::{CYCLES, Outcome, Time};
 
 use crc::{CRC_32_ISCSI, Crc};
 

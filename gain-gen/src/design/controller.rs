@@ -4,6 +4,7 @@ use super::document::{Field, Section, counted};
 use super::{DelayDistribution, DesignError};
 use crate::lengths::LengthChoice;
 use slqg::DefaultInput;
+use slqg::estimator::Merging;
 
 /// Longest control sequence.
 pub const LONGEST_SEQUENCE: usize = 128;
@@ -23,6 +24,8 @@ pub struct ControllerSettings {
     pub default_input: DefaultInput,
     /// N^B: a measurement up to this many steps old still enters the estimate, thesis (3.34).
     pub measurement_buffer: usize,
+    /// Which ages the estimator keeps apart while no acknowledgement decides.
+    pub estimator: Merging,
     /// Scalar type of the arithmetic on the device.
     pub scalar: DeviceScalar,
     /// (least, greatest) value the actuator can apply, one pair per input, in the input's unit; 0 lies within.
@@ -53,6 +56,7 @@ impl ControllerSettings {
             "length_tolerance",
             "default_input",
             "measurement_buffer",
+            "estimator",
             "scalar",
             "input_limits",
         ])?;
@@ -65,6 +69,15 @@ impl ControllerSettings {
         let measurement_buffer = match controller.optional("measurement_buffer", buffer) {
             None => measurements.largest_delay(),
             Some(field) => field.whole_number(0..=LONGEST_BUFFER)?,
+        };
+        let estimator = match controller.optional("estimator", "\"single\", \"imm\" or \"gpb2\"") {
+            // The cheapest, and without acknowledgements the one with the lightest tail: docs/evaluation.md.
+            None => Merging::Single,
+            Some(field) => field.choice(&[
+                ("single", Merging::Single),
+                ("imm", Merging::Imm),
+                ("gpb2", Merging::Gpb2),
+            ])?,
         };
         let scalar = match controller.optional("scalar", "\"f32\" or \"f64\"") {
             None => DeviceScalar::F32,
@@ -80,6 +93,7 @@ impl ControllerSettings {
             length_choice: None,
             default_input,
             measurement_buffer,
+            estimator,
             scalar,
             input_limits,
         };

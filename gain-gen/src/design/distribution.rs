@@ -80,6 +80,12 @@ impl DelayDistribution {
         self.probabilities.len() - 1
     }
 
+    /// Mean delay of the packets that arrive, in steps.
+    pub fn mean_delay(&self) -> f64 {
+        let delays = self.probabilities.iter().enumerate();
+        delays.map(|(steps, probability)| steps as f64 * probability).sum::<f64>() / (1.0 - self.loss)
+    }
+
     /// Q(`upto`): probability that a packet arrives with a delay of at most `upto` steps; 1 - loss from the
     /// largest delay on, so exactly 1 on a link without loss.
     pub fn arrival(&self, upto: usize) -> f64 {
@@ -101,6 +107,7 @@ mod tests {
         assert_eq!((link.loss(), link.largest_delay()), (0.25, 2));
         assert_eq!([0, 1, 2, 3].map(|d| link.probability(d)), [0.5, 0.0, 0.25, 0.0]);
         assert_eq!([0, 1, 2, 9].map(|d| link.arrival(d)), [0.5, 0.5, 0.75, 0.75]);
+        assert_eq!(link.mean_delay(), 2.0 / 3.0);
     }
 
     #[test]

@@ -109,4 +109,15 @@ impl Design {
         }
         Ok(design)
     }
+
+    /// Most cycles ago that an acknowledgement may tell of.
+    pub fn acknowledgement_buffer(&self) -> usize {
+        self.network.acknowledgement.reach(self.network.acknowledged_cycles)
+    }
+
+    /// Cycles that the estimator remembers, the current one included: `H` of [`slqg::controller::Controller`]. They reach
+    /// back to the latest measurement that counts and to the earliest cycle that is acknowledged.
+    pub fn history(&self) -> usize {
+        self.controller.measurement_buffer.max(self.acknowledgement_buffer()) + 1
+    }
 }

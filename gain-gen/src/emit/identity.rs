@@ -144,7 +144,11 @@ mod tests {
         for (from, to) in [
             ("[cost]", "# weights\n[cost]"),
             ("0.3333333333333333", "0.33333333333333326"),
-            ("sequence_length = 2", "sequence_length = 3\ndefault_input = 'hold'\nscalar = 'f64'"),
+            (
+                "sequence_length = 2",
+                "sequence_length = 3\ndefault_input = 'hold'\nscalar = 'f64'\nestimator = 'gpb2'",
+            ),
+            ("[controller]", "acknowledged_cycles = 2\n[controller]"),
         ] {
             assert_eq!(design_id(&parsed(&DESIGN.replacen(from, to, 1))), id, "{from} -> {to}");
         }

@@ -25,7 +25,7 @@ use nalgebra::DMatrix;
 pub use condition::{FailedCondition, NotStabilised};
 pub(crate) use figure::{counted, figure, grouped, percent};
 pub(crate) use json::{Document, line_per_field, rows, triangles};
-pub(crate) use names::{default_input_name, scalar_name};
+pub(crate) use names::{default_input_name, estimator_name, scalar_name};
 pub use task::{LONGEST_TASK, NoTask};
 
 /// Whether the closed loop is mean-square stable with the optimal gains.

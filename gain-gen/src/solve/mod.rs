@@ -121,6 +121,11 @@ impl LoopProblem {
         survival
     }
 
+    /// Probability that a packet arrives in the cycle it was sent in, `1 - g(0)`.
+    pub fn arrives_at_once(&self) -> f64 {
+        1.0 - self.survival()[0]
+    }
+
     /// Conditional arrival probabilities `r(b, m)` in the core's table order.
     pub fn arrival_table(&self) -> Vec<f64> {
         let mut table = vec![0.0; arrival::table_len(self.length)];

@@ -22,8 +22,14 @@ pub const OUTPUTS: usize = 1;
 pub const SEQUENCE_LENGTH: usize = 3;
 /// Most cycles a measurement may be late and still count, `N^B`.
 pub const MEASUREMENT_BUFFER: usize = 0;
+/// Most cycles ago that an acknowledgement may tell of and still count.
+pub const ACKNOWLEDGEMENT_BUFFER: usize = 1;
 /// Cycles the estimator remembers, the current one included.
 pub const HISTORY: usize = 2;
+/// Estimates that the estimator keeps at once.
+pub const ESTIMATES: usize = 1;
+/// Of how many of its last cycles each acknowledgement tells: hand it to `Actuator::acknowledgement`.
+pub const ACKNOWLEDGED_CYCLES: usize = 8;
 
 /// Length of a control cycle, in seconds.
 #[allow(clippy::approx_constant)]
@@ -208,20 +214,24 @@ pub const ACTUATOR: slqg::actuator::Settings<Scalar, INPUTS> = slqg::actuator::S
 
 /// All that the controller is told.
 #[rustfmt::skip]
+#[allow(clippy::approx_constant)]
 pub static DESIGN: slqg::controller::Design<'static, Scalar, STATES, INPUTS, OUTPUTS> =
     slqg::controller::Design {
         gains: GAINS,
         model: &MODEL,
         actuator: ACTUATOR,
         measurement_buffer: MEASUREMENT_BUFFER,
+        acknowledgement_buffer: ACKNOWLEDGEMENT_BUFFER,
         preview: Some(PREVIEW),
         trigger: Some(TRIGGER),
+        arrives_at_once: 0.5,
+        merging: slqg::estimator::Merging::Single,
     };
 
 /// A controller with room for this design.
 #[rustfmt::skip]
 pub type Controller =
-    slqg::controller::Controller<'static, Scalar, STATES, INPUTS, OUTPUTS, SEQUENCE_LENGTH, HISTORY>;
+    slqg::controller::Controller<'static, Scalar, STATES, INPUTS, OUTPUTS, SEQUENCE_LENGTH, HISTORY, ESTIMATES>;
 
 /// An actuator with room for this design.
 pub type Actuator = slqg::actuator::Actuator<Scalar, INPUTS, SEQUENCE_LENGTH>;

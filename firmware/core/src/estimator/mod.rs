@@ -1,10 +1,47 @@
-//! Estimation of the plant's state from measurements that come late, out of order or not at all.
+//! Estimation of the plant's state, and of what the actuator played, from what comes late, out of order or not at all.
 //!
-//! [`Kalman`] is the optimal filter when every applied input is known (acknowledged). What the plant is like
-//! is in [`Model`]; what its states mean, only the design knows.
+//! [`ModeFilter`] is one estimator for the whole range of acknowledgements. Where every age is acknowledged in time it is
+//! the Kalman filter; where none is, an interacting-multiple-model filter over the ages. What the plant is like is in
+//! [`Model`]; what its states mean, only the design knows.
+//!
+//! | file | what lives there |
+//! |---|---|
+//! | `model` | the plant's constants |
+//! | `estimate` | one Gaussian estimate: prediction, update, merging |
+//! | `modes` | probabilities of the ages, and how they move from cycle to cycle |
+//! | `step` | one cycle of the filter: hypotheses apart, measured, merged |
+//! | `mode_filter` | the memory: what is late is put where it belongs, and filtered again |
 
-mod kalman;
+mod estimate;
+mod mode_filter;
 mod model;
+mod modes;
+mod step;
 
-pub use kalman::{Kalman, RejectedMeasurement};
+pub use estimate::Estimate;
+pub use mode_filter::{ModeFilter, RejectedMeasurement};
 pub use model::Model;
+pub use modes::Modes;
+pub use step::Surroundings;
+
+/// Which hypotheses about the ages an estimator keeps apart while no acknowledgement decides between them. THEORY 8.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Merging {
+    /// None: one Kalman filter, told the mean and the covariance of what may have been applied.
+    #[default]
+    Single,
+    /// The age in the last cycle: interacting multiple models.
+    Imm,
+    /// The ages in the last two cycles, merged after the measurement: generalised pseudo-Bayesian of second order.
+    Gpb2,
+}
+
+impl Merging {
+    /// Estimates that are kept at once for sequences of `length` inputs.
+    pub const fn estimates(self, length: usize) -> usize {
+        match self {
+            Self::Single => 1,
+            Self::Imm | Self::Gpb2 => length + 1,
+        }
+    }
+}

@@ -104,6 +104,11 @@ impl<'f> Reader<'f> {
         if usize::from(found) == expected { Ok(()) } else { Err(DecodeError::Dimension(found)) }
     }
 
+    /// Takes all that is left.
+    pub(super) fn rest(self) -> &'f [u8] {
+        self.rest
+    }
+
     /// Succeeds when nothing is left.
     pub(super) fn finish(self) -> Result<(), DecodeError> {
         if self.rest.is_empty() { Ok(()) } else { Err(DecodeError::Length) }

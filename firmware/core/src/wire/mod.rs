@@ -19,7 +19,7 @@ mod envelope;
 mod payload;
 
 pub use payload::{
-    Acknowledgement, Measurement, decode_acknowledgement, decode_control, decode_measurement,
+    Acknowledgement, MOST_AGES, Measurement, decode_acknowledgement, decode_control, decode_measurement,
     encode_acknowledgement, encode_control, encode_measurement,
 };
 
@@ -29,8 +29,8 @@ pub const VERSION: u8 = 1;
 /// Bytes around a payload: header and checksum.
 pub const OVERHEAD: usize = envelope::HEADER_LEN + envelope::CHECKSUM_LEN;
 
-/// Bytes of an acknowledgement frame.
-pub const ACKNOWLEDGEMENT_LEN: usize = OVERHEAD + 1;
+/// Bytes of the longest acknowledgement frame, that of [`MOST_AGES`] cycles.
+pub const LONGEST_ACKNOWLEDGEMENT: usize = acknowledgement_len(MOST_AGES);
 
 /// Bytes of a measurement frame of `outputs` scalars of `scalar_bytes` each.
 pub const fn measurement_len(outputs: usize, scalar_bytes: u8) -> usize {
@@ -40,6 +40,11 @@ pub const fn measurement_len(outputs: usize, scalar_bytes: u8) -> usize {
 /// Bytes of a control frame of `length` inputs of `inputs` scalars of `scalar_bytes` each.
 pub const fn control_len(inputs: usize, length: usize, scalar_bytes: u8) -> usize {
     OVERHEAD + 2 + inputs * length * scalar_bytes as usize
+}
+
+/// Bytes of an acknowledgement frame about `ages` cycles.
+pub const fn acknowledgement_len(ages: usize) -> usize {
+    OVERHEAD + ages
 }
 
 /// Why bytes are not the frame that was expected.
@@ -59,6 +64,8 @@ pub enum DecodeError {
     Dimension(u8),
     /// More inputs than the receiver's capacity; holds the number found.
     Capacity(u8),
+    /// An acknowledgement of no cycle or of more than [`MOST_AGES`]; holds the number found, 255 for any beyond.
+    Ages(u8),
     /// The payload is shorter or longer than it says.
     Length,
     /// A number that is not finite.
@@ -75,6 +82,7 @@ impl core::fmt::Display for DecodeError {
             Self::Scalar(found) => write!(f, "{found} bytes per scalar, not what this receiver computes in"),
             Self::Dimension(found) => write!(f, "vectors of dimension {found}, not this receiver's"),
             Self::Capacity(found) => write!(f, "{found} inputs, more than this receiver's capacity"),
+            Self::Ages(found) => write!(f, "an acknowledgement of {found} cycles, not of 1 to {MOST_AGES}"),
             Self::Length => f.write_str("payload shorter or longer than it says"),
             Self::NotFinite => f.write_str("a number that is not finite"),
         }
@@ -90,6 +98,8 @@ pub enum EncodeError {
     BufferTooSmall,
     /// A dimension or a count does not fit the one byte it has on the wire.
     TooMany,
+    /// An acknowledgement of no cycle.
+    NoAges,
 }
 
 impl core::fmt::Display for EncodeError {
@@ -97,6 +107,7 @@ impl core::fmt::Display for EncodeError {
         f.write_str(match self {
             Self::BufferTooSmall => "the buffer is shorter than the frame",
             Self::TooMany => "more than 255 values of a kind",
+            Self::NoAges => "an acknowledgement of no cycle",
         })
     }
 }

@@ -3,13 +3,17 @@
 //! ```text
 //! measurement       outputs (1 byte), then one scalar per output
 //! control           inputs (1 byte), length (1 byte), then the scalars of each input, cycle by cycle
-//! acknowledgement   age of the sequence that was played (1 byte), 255 for the default input
+//! acknowledgement   age of the sequence played in the frame's cycle (1 byte), 255 for the default input; then those
+//!                   of the cycles before it, newest first, to the end of the frame
 //! ```
 
 use super::envelope::{Kind, Reader, Writer};
 use super::{DecodeError, EncodeError};
 use crate::{Scalar, Tick, actuator::Age, sequence::ControlSequence};
 use nalgebra::SVector;
+
+/// Most cycles that one acknowledgement is about.
+pub const MOST_AGES: usize = 8;
 
 const DEFAULT_INPUT: u8 = u8::MAX;
 
@@ -22,13 +26,23 @@ pub struct Measurement<T, const NY: usize> {
     pub output: SVector<T, NY>,
 }
 
-/// What an actuator played in one cycle.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// What an actuator played in one cycle and in those before it.
+///
+/// The ages before the newest repeat what earlier acknowledgements said, and make good the loss of any of them.
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Acknowledgement {
-    /// The cycle it was played in.
+    /// The newest cycle it is about.
     pub tick: Tick,
-    /// Age of the sequence it came from.
-    pub age: Age,
+    /// Ages of the sequences that were played, newest first: `ages[i]` in cycle `tick - i`. At least one; without any
+    /// it cannot be written, and none is ever read.
+    pub ages: heapless::Vec<Age, MOST_AGES>,
+}
+
+impl Acknowledgement {
+    /// Says that `age` was played in cycle `tick`, and nothing of the cycles before.
+    pub fn of(tick: Tick, age: Age) -> Self {
+        Self { tick, ages: [age].into() }
+    }
 }
 
 /// Writes a measurement frame into `buffer` and returns its bytes, [`super::measurement_len`] of them.
@@ -106,35 +120,44 @@ pub fn decode_control<T: Scalar, const NU: usize, const N: usize>(
     Ok(sequence)
 }
 
-/// Writes an acknowledgement frame into `buffer` and returns its bytes, [`super::ACKNOWLEDGEMENT_LEN`] of them.
+/// Writes an acknowledgement frame into `buffer` and returns its bytes, [`super::acknowledgement_len`] of them and
+/// at most [`super::LONGEST_ACKNOWLEDGEMENT`].
 ///
 /// `T` is the scalar type of the loop the frame belongs to.
 ///
 /// # Errors
-/// If `buffer` is too small, or the age is 255, which stands for the default input on the wire.
+/// If `buffer` is too small, there is no age, or one is 255, which stands for the default input on the wire.
 pub fn encode_acknowledgement<'b, T: Scalar>(
     acknowledgement: &Acknowledgement,
     buffer: &'b mut [u8],
 ) -> Result<&'b [u8], EncodeError> {
+    if acknowledgement.ages.is_empty() {
+        return Err(EncodeError::NoAges);
+    }
     let mut writer = Writer::new::<T>(buffer, Kind::Acknowledgement, acknowledgement.tick)?;
-    writer.put(&match acknowledgement.age {
-        Age::Steps(DEFAULT_INPUT) => return Err(EncodeError::TooMany),
-        Age::Steps(steps) => steps,
-        Age::Empty => DEFAULT_INPUT,
-    })?;
+    for age in &acknowledgement.ages {
+        writer.put(&match *age {
+            Age::Steps(DEFAULT_INPUT) => return Err(EncodeError::TooMany),
+            Age::Steps(steps) => steps,
+            Age::Empty => DEFAULT_INPUT,
+        })?;
+    }
     writer.seal()
 }
 
-/// Reads an acknowledgement frame.
+/// Reads an acknowledgement frame of 1 to [`MOST_AGES`] cycles; the frame's length tells how many.
 ///
 /// # Errors
 /// Says why the bytes are not an acknowledgement.
 pub fn decode_acknowledgement<T: Scalar>(frame: &[u8]) -> Result<Acknowledgement, DecodeError> {
-    let (tick, mut reader) = Reader::open::<T>(frame, Kind::Acknowledgement)?;
-    let age = match reader.take()? {
+    let (tick, reader) = Reader::open::<T>(frame, Kind::Acknowledgement)?;
+    let bytes = reader.rest();
+    if bytes.is_empty() || bytes.len() > MOST_AGES {
+        return Err(DecodeError::Ages(u8::try_from(bytes.len()).unwrap_or(u8::MAX)));
+    }
+    let age = |byte: &u8| match *byte {
         DEFAULT_INPUT => Age::Empty,
         steps => Age::Steps(steps),
     };
-    reader.finish()?;
-    Ok(Acknowledgement { tick, age })
+    Ok(Acknowledgement { tick, ages: bytes.iter().map(age).collect() })
 }

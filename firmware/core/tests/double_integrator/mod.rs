@@ -2,7 +2,7 @@
 
 use slqg::actuator::Settings;
 use slqg::controller::{Controller, Design};
-use slqg::estimator::Model;
+use slqg::estimator::{Merging, Model};
 use slqg::gains::{Gains, Tables};
 use slqg::nalgebra::{SMatrix, SVector};
 use slqg::synthesis::{Dimensions, Problem, Synthesis};
@@ -13,7 +13,11 @@ pub(crate) const LENGTH: usize = 4;
 /// Most cycles a measurement may be late.
 pub(crate) const LATE: usize = 6;
 /// A controller of some more capacity than the law needs.
+#[allow(dead_code)]
 pub(crate) type Node<'a, T> = Controller<'a, T, 2, 1, 1, 6, 8>;
+/// One that can keep every age apart.
+#[allow(dead_code)]
+pub(crate) type Apart<'a, T> = Controller<'a, T, 2, 1, 1, 6, 8, { LENGTH + 1 }>;
 
 /// Delay probabilities of the control packets; the rest to 1 is loss.
 pub(crate) const DELAYS: [f64; 5] = [0.4, 0.2, 0.15, 0.1, 0.05];
@@ -99,8 +103,11 @@ impl<T: Number> Workshop<T> {
             model: &self.model,
             actuator: self.settings,
             measurement_buffer: LATE,
+            acknowledgement_buffer: 1,
             preview: None,
             trigger: None,
+            arrives_at_once: T::nearest(DELAYS[0]),
+            merging: Merging::Single,
         }
     }
 }

@@ -7,7 +7,7 @@
 
 #[cfg(not(target_os = "none"))]
 fn main() {
-    let outcomes = slqg_nodes::CASES.map(|case| (case.run)());
+    let outcomes = slqg_nodes::CASES.map(|case| (case.run)(|| 0));
     for (case, outcome) in slqg_nodes::CASES.iter().zip(&outcomes) {
         println!(
             "{:<14}  {:08x}  sent {:>3}, end state {:?}",
@@ -45,7 +45,7 @@ mod on_board {
             return false;
         };
 
-        let outcomes = CASES.map(|case| (case.run)());
+        let outcomes = CASES.map(|case| (case.run)(|| 0));
         for (case, outcome) in CASES.iter().zip(&outcomes) {
             hprintln!("{} {:08x}, sent {}", case.name, outcome.digest, outcome.sent);
         }

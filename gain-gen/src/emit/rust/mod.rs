@@ -13,8 +13,10 @@ mod trigger;
 use super::EmitError;
 use super::literal::Table;
 use crate::report::{Report, counted, default_input_name, figure, scalar_name};
+use crate::solve::LoopProblem;
 use nalgebra::DMatrix;
 use slqg::DefaultInput;
+use slqg::estimator::Merging;
 
 /// Numbers in a line of the table of arrival probabilities.
 const PER_LINE: usize = 8;
@@ -65,17 +67,27 @@ fn header(report: &Report, origin: &str) -> String {
 
 fn sizes(report: &Report) -> String {
     let (plant, settings) = (&report.design.plant, &report.design.controller);
-    let buffer = settings.measurement_buffer;
-    // The estimator learns the last cycle's input in the current one, so it remembers two at least.
-    let history = (buffer + 1).max(2);
+    let (length, buffer) = (settings.sequence_length, settings.measurement_buffer);
+    let acknowledged = report.design.network.acknowledged_cycles;
     let mut text = String::new();
     for (doc, name, value) in [
         ("States of the plant, `nx`.", "STATES", plant.states()),
         ("Inputs of the plant, `nu`.", "INPUTS", plant.inputs()),
         ("Outputs of the plant, `ny`.", "OUTPUTS", plant.outputs()),
-        ("Inputs per control sequence, `N`.", "SEQUENCE_LENGTH", settings.sequence_length),
+        ("Inputs per control sequence, `N`.", "SEQUENCE_LENGTH", length),
         ("Most cycles a measurement may be late and still count, `N^B`.", "MEASUREMENT_BUFFER", buffer),
-        ("Cycles the estimator remembers, the current one included.", "HISTORY", history),
+        (
+            "Most cycles ago that an acknowledgement may tell of and still count.",
+            "ACKNOWLEDGEMENT_BUFFER",
+            report.design.acknowledgement_buffer(),
+        ),
+        ("Cycles the estimator remembers, the current one included.", "HISTORY", report.design.history()),
+        ("Estimates that the estimator keeps at once.", "ESTIMATES", settings.estimator.estimates(length)),
+        (
+            "Of how many of its last cycles each acknowledgement tells: hand it to `Actuator::acknowledgement`.",
+            "ACKNOWLEDGED_CYCLES",
+            acknowledged,
+        ),
     ] {
         text.push_str(&format!("/// {doc}\npub const {name}: usize = {value};\n"));
     }
@@ -97,6 +109,14 @@ fn default_input(report: &Report) -> &'static str {
     match report.solution.law.default_input {
         DefaultInput::Zero => "slqg::DefaultInput::Zero",
         DefaultInput::Hold => "slqg::DefaultInput::Hold",
+    }
+}
+
+fn merging(report: &Report) -> &'static str {
+    match report.design.controller.estimator {
+        Merging::Single => "slqg::estimator::Merging::Single",
+        Merging::Imm => "slqg::estimator::Merging::Imm",
+        Merging::Gpb2 => "slqg::estimator::Merging::Gpb2",
     }
 }
 
@@ -182,6 +202,7 @@ fn storage(table: Table, matrix: &DMatrix<f64>, indent: usize) -> Result<String,
 fn nodes(report: &Report) -> Result<String, EmitError> {
     let settings = &report.design.controller;
     let table = Table { name: "controller.input_limits", scalar: settings.scalar };
+    let arrival = Table { name: "network.controller_to_actuator", scalar: settings.scalar };
     let limits = match &settings.input_limits {
         None => "None".into(),
         Some(pairs) => {
@@ -205,20 +226,24 @@ pub const ACTUATOR: slqg::actuator::Settings<Scalar, INPUTS> = slqg::actuator::S
 
 /// All that the controller is told.
 #[rustfmt::skip]
+#[allow(clippy::approx_constant)]
 pub static DESIGN: slqg::controller::Design<'static, Scalar, STATES, INPUTS, OUTPUTS> =
     slqg::controller::Design {{
         gains: {gains},
         model: &MODEL,
         actuator: ACTUATOR,
         measurement_buffer: MEASUREMENT_BUFFER,
+        acknowledgement_buffer: ACKNOWLEDGEMENT_BUFFER,
         preview: {preview},
         trigger: {trigger},
+        arrives_at_once: {arrives_at_once},
+        merging: {merging},
     }};
 
 /// A controller with room for this design.
 #[rustfmt::skip]
 pub type Controller =
-    slqg::controller::Controller<'static, Scalar, STATES, INPUTS, OUTPUTS, SEQUENCE_LENGTH, HISTORY>;
+    slqg::controller::Controller<'static, Scalar, STATES, INPUTS, OUTPUTS, SEQUENCE_LENGTH, HISTORY, ESTIMATES>;
 
 /// An actuator with room for this design.
 pub type Actuator = slqg::actuator::Actuator<Scalar, INPUTS, SEQUENCE_LENGTH>;
@@ -227,6 +252,8 @@ pub type Actuator = slqg::actuator::Actuator<Scalar, INPUTS, SEQUENCE_LENGTH>;
         gains = if report.task.is_some() { "HORIZON[0]" } else { "GAINS" },
         preview = optional("PREVIEW", report.task.is_none() && report.preview.is_some()),
         trigger = optional("TRIGGER", report.task.is_none() && report.trigger.is_some()),
+        arrives_at_once = arrival.number(LoopProblem::of(&report.design).arrives_at_once())?,
+        merging = merging(report),
     ))
 }
 

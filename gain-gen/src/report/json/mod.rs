@@ -5,7 +5,8 @@
 mod layout;
 mod optional;
 
-use super::{FailedCondition, Report, Verdict, default_input_name};
+use super::{FailedCondition, Report, Verdict, default_input_name, estimator_name};
+use crate::design::Acknowledgement;
 use crate::solve::LoopProblem;
 use nalgebra::DMatrix;
 use optional::{Event, MarginFigures, Task, Tracking};
@@ -57,6 +58,10 @@ pub(crate) struct Document<'r> {
     tracking: Option<Tracking>,
     /// Null without `[event]`.
     event: Option<Event>,
+    /// `single`, `imm` or `gpb2`.
+    estimator: &'static str,
+    /// Null where nothing is acknowledged.
+    acknowledged_cycles: Option<usize>,
 }
 
 /// [`crate::estimation::Estimation`]; null: unbounded, or no bound is known.
@@ -73,7 +78,7 @@ struct EstimationFigures {
 
 impl<'r> Document<'r> {
     pub(crate) fn of(report: &'r Report) -> Self {
-        let (solution, law) = (&report.solution, &report.solution.law);
+        let (solution, law, network) = (&report.solution, &report.solution.law, &report.design.network);
         Self {
             name: &report.design.name,
             sequence_length: law.length,
@@ -112,6 +117,9 @@ impl<'r> Document<'r> {
             task: Task::of(report),
             tracking: Tracking::of(report),
             event: Event::of(report),
+            estimator: estimator_name(report.design.controller.estimator),
+            acknowledged_cycles: (network.acknowledgement != Acknowledgement::None)
+                .then_some(network.acknowledged_cycles),
         }
     }
 }

@@ -6,8 +6,8 @@
 mod optional;
 
 use super::figure::{counted, duration, figure, grouped, percent};
-use super::{FailedCondition, Report, Verdict, default_input_name, scalar_name};
-use crate::design::DeviceScalar;
+use super::{FailedCondition, Report, Verdict, default_input_name, estimator_name, scalar_name};
+use crate::design::{Acknowledgement, DeviceScalar};
 use crate::solve::Outcome;
 use core::fmt::{self, Display, Formatter};
 use nalgebra::DMatrix;
@@ -83,14 +83,12 @@ impl Report {
         let last = self.design.controller.sequence_length - 1;
         let in_time = link.arrival(last);
         let arrives = link.arrival(link.largest_delay());
-        let delays = link.probabilities().iter().enumerate();
-        let mean = delays.map(|(steps, probability)| steps as f64 * probability).sum::<f64>() / arrives;
         writeln!(f, "\nLink from controller to actuator")?;
         let within = format!("within the sequence, at most {} late", counted(last, "step"));
         line(f, "arrives in time", format!("{:<12}{within}", percent(in_time)))?;
         line(f, "arrives too late", percent((arrives - in_time).max(0.0)))?;
         line(f, "lost", percent(link.loss()))?;
-        line(f, "mean delay", format!("{}, of the packets that arrive", self.steps(mean)))
+        line(f, "mean delay", format!("{}, of the packets that arrive", self.steps(link.mean_delay())))
     }
 
     fn stability(&self, f: &mut Formatter<'_>) -> fmt::Result {
@@ -152,7 +150,35 @@ impl Report {
         let (lower, upper) = (trace(&found.covariance.lower), trace(&found.covariance.upper));
         line(f, "error covariance", format!("{}, trace, bounds in steady state", interval(lower, upper)))?;
         let (lower, upper) = (found.cost_lower, found.cost_upper);
-        line(f, "long-run cost", format!("{} per step, bounds, estimation included", interval(lower, upper)))
+        line(
+            f,
+            "long-run cost",
+            format!("{} per step, bounds, estimation included", interval(lower, upper)),
+        )?;
+        self.acknowledgement(f)
+    }
+
+    fn acknowledgement(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let network = &self.design.network;
+        let told = match &network.acknowledgement {
+            Acknowledgement::Instant => "instant".into(),
+            Acknowledgement::None => "none".into(),
+            Acknowledgement::Delays(link) => {
+                let (mean, lost) = (self.steps(link.mean_delay()), percent(link.loss()));
+                let cycles = counted(network.acknowledged_cycles, "cycle");
+                format!("mean delay {mean}, {lost} lost, {cycles} in each")
+            }
+        };
+        let estimator = estimator_name(self.design.controller.estimator);
+        line(f, "acknowledgement", format!("{told}; estimator {estimator}"))?;
+        if network.acknowledgement == Acknowledgement::Instant {
+            return Ok(());
+        }
+        line(
+            f,
+            "",
+            "verdict, rate and costs hold for instant acknowledgement; here the costs are lower bounds",
+        )
     }
 
     fn tables(&self, f: &mut Formatter<'_>) -> fmt::Result {

@@ -1,0 +1,318 @@
+//! One cycle of the filter: hypotheses about the age apart, predicted, measured and merged. THEORY 8.
+
+use super::estimate::Merged;
+use super::{Estimate, Merging, Model, Modes};
+use crate::{
+    DefaultInput, Scalar, Tick,
+    actuator::{Age, Settings},
+    gains::Gains,
+    in_flight::InFlight,
+};
+use heapless::Vec;
+use nalgebra::{SMatrix, SVector};
+
+/// What an estimator is told of the loop around it.
+#[derive(Debug, Clone, Copy)]
+pub struct Surroundings<
+    'a,
+    T: Scalar,
+    const NX: usize,
+    const NU: usize,
+    const NY: usize,
+    const N: usize,
+    const H: usize,
+> {
+    /// The plant.
+    pub model: &'a Model<T, NX, NU, NY>,
+    /// What was sent.
+    pub in_flight: &'a InFlight<T, NU, N, H>,
+    /// The actuator at the other end.
+    pub actuator: &'a Settings<T, NU>,
+    /// The law: how long sequences are, and how likely they arrive late.
+    pub gains: &'a Gains<'a, T, NX, NU>,
+    /// Probability that a sequence arrives in the cycle it was sent in.
+    pub arrives_at_once: T,
+    /// What is kept apart.
+    pub merging: Merging,
+}
+
+/// What is believed in one cycle, given all measurements up to it.
+#[derive(Debug, Clone)]
+pub(super) struct Belief<T: Scalar, const NX: usize, const NU: usize, const N: usize, const E: usize> {
+    /// The age played in the cycle before.
+    pub(super) modes: Modes<T, NU, N>,
+    /// One for each possible age, in the order of [`Modes::iter`]; or a single one for all of them.
+    pub(super) estimates: Vec<Estimate<T, NX>, E>,
+}
+
+impl<T: Scalar, const NX: usize, const NU: usize, const N: usize, const E: usize> Belief<T, NX, NU, N, E> {
+    /// Of one estimate that does not depend on the age.
+    pub(super) fn of(modes: Modes<T, NU, N>, estimate: Estimate<T, NX>) -> Self {
+        let mut estimates = Vec::new();
+        // There is room: E >= 1.
+        let _ = estimates.push(estimate);
+        Self { modes, estimates }
+    }
+
+    /// Possible ages with their probabilities and estimates.
+    fn iter(&self) -> impl Iterator<Item = (Age, T, &Estimate<T, NX>)> {
+        let common = self.estimates.len() == 1;
+        self.modes.iter().enumerate().filter_map(move |(place, (age, probability))| {
+            Some((age, probability, self.estimates.get(if common { 0 } else { place })?))
+        })
+    }
+
+    /// All of it as one estimate.
+    pub(super) fn merged(&self) -> Option<Estimate<T, NX>> {
+        if self.estimates.len() == 1 {
+            return self.estimates.first().cloned();
+        }
+        let mut merged = Merged::none();
+        self.iter().for_each(|(_, probability, estimate)| merged.absorb(probability.logarithm(), estimate));
+        merged.into_estimate()
+    }
+}
+
+impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize, const N: usize, const H: usize>
+    Surroundings<'_, T, NX, NU, NY, N, H>
+{
+    /// Probability that the sequence made `age` cycles before `tick` arrives in it, given that it had not before.
+    fn arrival(&self, tick: Tick, age: usize) -> T {
+        if self.in_flight.made_at(tick - age as u32).is_none() {
+            T::zero()
+        } else if age == 0 {
+            self.arrives_at_once
+        } else {
+            self.gains.arrival(age, 0)
+        }
+    }
+
+    /// What left the actuator in cycle `tick` if it played `age`; `held` if its buffer was empty and it holds. `None` if no
+    /// such sequence is remembered.
+    pub fn input(&self, tick: Tick, age: Age, held: &SVector<T, NU>) -> Option<SVector<T, NU>> {
+        let default_input = self.actuator.default_input;
+        let input = self.in_flight.applied_input(default_input, tick, age, held)?;
+        Some(self.actuator.saturate(&input))
+    }
+
+    /// The expected input of cycle `tick`, after which `modes` are believed.
+    pub(super) fn expected_input(&self, tick: Tick, modes: &Modes<T, NU, N>) -> SVector<T, NU> {
+        let possible = || {
+            let inputs =
+                modes.iter().map(|(age, probability)| (probability, self.input(tick, age, modes.held())));
+            inputs.filter_map(|(probability, input)| Some((probability, input?)))
+        };
+        match modes.known() {
+            Some(_) => possible().next().map_or_else(SVector::zeros, |(_, input)| input),
+            None => possible().fold(SVector::zeros(), |sum, (probability, input)| sum + input * probability),
+        }
+    }
+
+    /// Calls `each` with every age that may have been played in cycle `tick`, after what is believed `before` it: its
+    /// probability, the input, and how likely each age before leads to it.
+    ///
+    /// An acknowledged age is certain. If it contradicts all that is believed (an actuator that was started again), any
+    /// age before may have led to it.
+    fn for_each_age(
+        &self,
+        before: &Modes<T, NU, N>,
+        tick: Tick,
+        known: Option<Age>,
+        mut each: impl FnMut(Age, T, SVector<T, NU>, &dyn Fn(Age) -> T),
+    ) {
+        let (zero, one) = (T::zero(), T::one());
+        let length = self.gains.length();
+        let mut none_newer = one;
+        for place in 0..=length {
+            let age = u8::try_from(place).ok().filter(|_| place < length).map_or(Age::Empty, Age::Steps);
+            let arrives = if place < length { self.arrival(tick, place) } else { zero };
+            let newest = none_newer * arrives;
+            let played_on = none_newer;
+            none_newer *= one - arrives;
+            if known.is_some_and(|known| known != age) {
+                continue;
+            }
+            let leads = |from: Age| {
+                let becomes = from.steps().map_or(length, |steps| (steps + 1).min(length));
+                match becomes.cmp(&place) {
+                    core::cmp::Ordering::Equal => played_on,
+                    core::cmp::Ordering::Greater => newest,
+                    core::cmp::Ordering::Less => zero,
+                }
+            };
+            let sum = |leads: &dyn Fn(Age) -> T| {
+                before.iter().fold(zero, |sum, (from, probability)| sum + probability * leads(from))
+            };
+            let anyhow = |_: Age| one;
+            let total = sum(&leads);
+            let leads: &dyn Fn(Age) -> T = if known.is_some() && total <= zero { &anyhow } else { &leads };
+            let probability = if known.is_some() { one } else { total };
+            if probability > zero {
+                let held = self.held(before, tick, leads);
+                if let Some(input) = self.input(tick, age, &held) {
+                    each(age, probability, input, leads);
+                }
+            }
+        }
+    }
+
+    /// The input of the cycle before `tick` if `from` was played then.
+    fn last_input(&self, before: &Modes<T, NU, N>, tick: Tick, from: Age) -> Option<SVector<T, NU>> {
+        self.input(tick - 1, from, before.held())
+    }
+
+    /// What a buffer that is empty in cycle `tick` holds: the input of the cycle before, as the ages that lead there had it.
+    fn held(&self, before: &Modes<T, NU, N>, tick: Tick, leads: &dyn Fn(Age) -> T) -> SVector<T, NU> {
+        if self.actuator.default_input == DefaultInput::Zero {
+            return SVector::zeros();
+        }
+        let mut total = T::zero();
+        let mut mean = SVector::zeros();
+        for (from, probability) in before.iter() {
+            let weight = probability * leads(from);
+            let last = if weight > T::zero() { self.last_input(before, tick, from) } else { None };
+            let Some(last) = last else { continue };
+            total += weight;
+            // The first comes out as it is, to the bit.
+            mean = if total == weight { last } else { mean + (last - mean) * (weight / total) };
+        }
+        mean
+    }
+
+    /// What is believed in the cycle after `tick`, of which `known` was acknowledged, given the measurement `output`.
+    pub(super) fn step<const E: usize>(
+        &self,
+        before: &Belief<T, NX, NU, N, E>,
+        tick: Tick,
+        known: Option<Age>,
+        output: Option<&SVector<T, NY>>,
+    ) -> Belief<T, NX, NU, N, E> {
+        let in_one = before.estimates.len() == 1 && (self.merging == Merging::Single || known.is_some());
+        let found = if in_one {
+            self.step_in_one(before, tick, known, output)
+        } else {
+            self.step_apart(before, tick, known, output)
+        };
+        // No input is remembered that could have been applied: the age is lost, the state not.
+        found.unwrap_or_else(|| {
+            let estimate = before.merged().unwrap_or_else(|| Estimate::initial(self.model));
+            let modes = Modes::certain(Age::Empty, SVector::zeros());
+            Belief::of(modes, self.corrected(estimate.predict(self.model, &SVector::zeros(), None), output))
+        })
+    }
+
+    /// All ages in one estimate. With the age known this is the Kalman filter.
+    fn step_in_one<const E: usize>(
+        &self,
+        before: &Belief<T, NX, NU, N, E>,
+        tick: Tick,
+        known: Option<Age>,
+        output: Option<&SVector<T, NY>>,
+    ) -> Option<Belief<T, NX, NU, N, E>> {
+        let mut modes = Modes::none();
+        let mut total = T::zero();
+        let mut mean = SVector::zeros();
+        let mut spread: Option<SMatrix<T, NU, NU>> = None;
+        self.for_each_age(&before.modes, tick, known, |age, probability, input, _| {
+            modes.set(age, probability);
+            if age == Age::Empty {
+                modes.set_held(input);
+            }
+            if total > T::zero() {
+                let between = input - mean;
+                let share = probability / (total + probability);
+                let sum = spread.unwrap_or_else(SMatrix::zeros) * (T::one() - share);
+                spread = Some(sum + between * between.transpose() * (share * (T::one() - share)));
+                mean += between * share;
+            } else {
+                mean = input;
+            }
+            total += probability;
+        });
+        if spread.is_some() {
+            modes.normalise();
+        } else {
+            // One age only: certain, whatever rounding makes of its probability.
+            let age = modes.known()?;
+            modes.set(age, T::one());
+        }
+        let predicted = before.estimates.first()?.predict(self.model, &mean, spread.as_ref());
+        Some(Belief::of(modes, self.corrected(predicted, output)))
+    }
+
+    /// One estimate for each age.
+    fn step_apart<const E: usize>(
+        &self,
+        before: &Belief<T, NX, NU, N, E>,
+        tick: Tick,
+        known: Option<Age>,
+        output: Option<&SVector<T, NY>>,
+    ) -> Option<Belief<T, NX, NU, N, E>> {
+        let mut hypotheses: Vec<(Age, T, Estimate<T, NX>), E> = Vec::new();
+        let mut held = SVector::zeros();
+        self.for_each_age(&before.modes, tick, known, |age, _, input, leads| {
+            if age == Age::Empty {
+                held = input;
+            }
+            let mut merged = Merged::none();
+            for (from, probability, estimate) in before.iter() {
+                let weight = probability * leads(from);
+                if weight <= T::zero() {
+                    continue;
+                }
+                if self.merging == Merging::Gpb2 {
+                    // What is held is not the same after every age.
+                    let empty =
+                        if age == Age::Empty { self.last_input(&before.modes, tick, from) } else { None };
+                    let own = empty.and_then(|last| self.input(tick, age, &last)).unwrap_or(input);
+                    let predicted = estimate.predict(self.model, &own, None);
+                    let (posterior, log_likelihood) = self.weighed(predicted, output);
+                    merged.absorb(weight.logarithm() + log_likelihood, &posterior);
+                } else {
+                    merged.absorb(weight.logarithm(), estimate);
+                }
+            }
+            let log_weight = merged.log_weight();
+            let Some(estimate) = merged.into_estimate() else { return };
+            let hypothesis = if self.merging == Merging::Gpb2 {
+                (age, log_weight, estimate)
+            } else {
+                let (posterior, log_likelihood) =
+                    self.weighed(estimate.predict(self.model, &input, None), output);
+                (age, log_weight + log_likelihood, posterior)
+            };
+            // There is room for every age.
+            let _ = hypotheses.push(hypothesis);
+        });
+        let largest = hypotheses.iter().map(|(_, log_weight, _)| *log_weight).reduce(|a, b| a.max(b))?;
+        let mut modes = Modes::none();
+        for (age, log_weight, _) in &hypotheses {
+            modes.set(*age, (*log_weight - largest).exponential());
+        }
+        modes.normalise();
+        modes.set_held(held);
+        let possible = hypotheses.into_iter().filter(|(age, _, _)| modes.probability(*age) > T::zero());
+        let estimates = possible.map(|(_, _, estimate)| estimate).collect();
+        Some(Belief { modes, estimates })
+    }
+
+    /// The estimate with the measurement in it; one that cannot be used changes nothing.
+    pub(super) fn corrected(
+        &self,
+        predicted: Estimate<T, NX>,
+        output: Option<&SVector<T, NY>>,
+    ) -> Estimate<T, NX> {
+        match output.and_then(|output| predicted.update(self.model, output)) {
+            Some((posterior, _)) => posterior,
+            None => predicted,
+        }
+    }
+
+    /// The same, and how well the measurement fits: the logarithm of its likelihood. What cannot be used fits all alike.
+    fn weighed(&self, predicted: Estimate<T, NX>, output: Option<&SVector<T, NY>>) -> (Estimate<T, NX>, T) {
+        match output.and_then(|output| predicted.update(self.model, output)) {
+            Some((posterior, innovation)) => (posterior, innovation.log_likelihood()),
+            None => (predicted, T::zero()),
+        }
+    }
+}

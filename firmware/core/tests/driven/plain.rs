@@ -1,0 +1,58 @@
+//! The Kalman filter of the textbooks, to compare with.
+
+use nalgebra::{Cholesky, SMatrix, SVector};
+use slqg::estimator::Model;
+use slqg::{Scalar, nalgebra};
+
+/// Mean and covariance of a state.
+#[derive(Debug, Clone)]
+pub(crate) struct Plain<T: Scalar, const NX: usize> {
+    pub(crate) mean: SVector<T, NX>,
+    pub(crate) covariance: SMatrix<T, NX, NX>,
+}
+
+impl<T: Scalar, const NX: usize> Plain<T, NX> {
+    pub(crate) fn new<const NU: usize, const NY: usize>(model: &Model<T, NX, NU, NY>) -> Self {
+        Self { mean: model.initial_mean, covariance: model.initial_covariance }
+    }
+
+    /// One cycle ahead under `input`.
+    pub(crate) fn predict<const NU: usize, const NY: usize>(
+        &mut self,
+        model: &Model<T, NX, NU, NY>,
+        input: SVector<T, NU>,
+    ) {
+        let (a, b) = (model.a, model.b);
+        self.mean = a * self.mean + b * input;
+        self.covariance = symmetric(a * self.covariance * a.transpose() + model.process_noise);
+    }
+
+    /// Takes a measurement, and returns the logarithm of its density but for a constant.
+    pub(crate) fn update<const NU: usize, const NY: usize>(
+        &mut self,
+        model: &Model<T, NX, NU, NY>,
+        output: SVector<T, NY>,
+    ) -> f64 {
+        let (c, noise) = (model.c, model.measurement_noise);
+        let cross = c * self.covariance;
+        let spread = symmetric(cross * c.transpose() + noise);
+        let factor = Cholesky::new(spread).expect("positive definite");
+        let gain = factor.solve(&cross).transpose();
+        let innovation = output - c * self.mean;
+        let kept = SMatrix::<T, NX, NX>::identity() - gain * c;
+        self.mean += gain * innovation;
+        let kept = kept * self.covariance * kept.transpose();
+        self.covariance = symmetric(kept + gain * noise * gain.transpose());
+        let distance = innovation.dot(&factor.solve(&innovation)).widen();
+        -0.5 * (distance + spread.map(T::widen).cholesky().expect("positive definite").determinant().ln())
+    }
+
+    pub(crate) fn bits(&self) -> Vec<u64> {
+        let numbers = self.mean.iter().chain(self.covariance.iter());
+        numbers.map(|number| number.widen().to_bits()).collect()
+    }
+}
+
+fn symmetric<T: Scalar, const D: usize>(matrix: SMatrix<T, D, D>) -> SMatrix<T, D, D> {
+    (matrix + matrix.transpose()) * T::nearest(0.5)
+}
