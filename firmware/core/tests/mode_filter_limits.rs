@@ -84,6 +84,19 @@ fn of_two_ages_that_explain_a_measurement_absurdly_badly_the_better_one_is_belie
     }
 }
 
+#[test]
+fn an_age_that_a_measurement_rules_out_takes_its_estimate_with_it() {
+    for merging in [Merging::Imm, Merging::Gpb2] {
+        let link = Link::new(model::<f64>(1.0), &[0.5], settings(DefaultInput::Zero, None));
+        let mut driven: Filter<f64> = link.driven(merging, 1, Tick(0));
+        driven.advance(Some([SVector::from([1e7]); LENGTH]));
+        driven.filter.measure(Tick(1), SVector::from([0.0])).expect("finite");
+        driven.filter();
+        assert_eq!(driven.probabilities(), [0.0, 0.0, 0.0, 1.0]);
+        assert!(driven.filter.posterior_mean().norm() < 1.0, "{}", driven.filter.posterior_mean());
+    }
+}
+
 fn silence_is_survived<T: Number>(merging: Merging, default_input: DefaultInput) {
     for growth in [1.0, 1.1] {
         let mut dice = Dice(0x511E);
@@ -164,6 +177,29 @@ fn a_new_start_is_believed<T: Number>(merging: Merging, default_input: DefaultIn
     // What was sent before may be on its way as far as anyone knows, but what was played is gone.
     assert!(driven.is_sound());
     assert!(driven.filter.modes().expect("filtered").probability(Age::Empty) > T::nearest(0.5));
+}
+
+fn a_new_start_after_doubt_is_believed<T: Number>(merging: Merging, default_input: DefaultInput) {
+    let inputs = [SVector::from([T::nearest(7.0)]); LENGTH];
+    let mut driven = filter::<T>(1.0, merging, default_input);
+    driven.advance(Some(inputs));
+    assert!(driven.filter.acknowledge(Tick(0), Age::Steps(0)));
+    driven.advance(Some(inputs));
+    driven.filter();
+    assert!(driven.filter.modes().expect("filtered").known().is_none());
+    driven.advance(None);
+    // Two sequences may be playing, and either has an input left.
+    assert!(driven.filter.acknowledge(Tick(2), Age::Empty));
+    driven.filter();
+    assert_eq!(driven.probabilities(), [0.0, 0.0, 0.0, 1.0]);
+    let held = driven.expected_input(Tick(2)).expect("filtered")[0].widen();
+    let expected = if default_input == DefaultInput::Hold { 7.0 } else { 0.0 };
+    assert!((held - expected).abs() < 1e-5, "{held}");
+}
+
+#[test]
+fn an_actuator_that_was_started_again_in_doubt_holds_what_it_may_have_applied() {
+    everywhere!(a_new_start_after_doubt_is_believed);
 }
 
 #[test]

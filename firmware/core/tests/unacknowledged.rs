@@ -119,6 +119,12 @@ fn what_is_sent_is_the_law(rounds_age: bool) {
                             *sum += input * probability;
                         }
                     }
+                    let ages = modes
+                        .iter()
+                        .map(|(age, probability)| (age.steps().unwrap_or(LENGTH) as f64, probability));
+                    let mean_age: f64 = ages.map(|(age, probability)| age * probability).sum();
+                    let nearest = Some(mean_age.round() as u8).filter(|age| usize::from(*age) < LENGTH);
+                    assert_eq!(modes.rounded(LENGTH), nearest.map_or(Age::Empty, Age::Steps));
                     let rounded = expected(modes.rounded(LENGTH));
                     let posterior_mean = run.controller.estimator().posterior_mean();
                     let law = |vbar: &[SVector<f64, 1>]| design.gains.sequence::<6>(posterior_mean, vbar);

@@ -166,31 +166,29 @@ impl<
     /// `around.in_flight` must hold what was sent in every cycle before the current one.
     pub fn filter(&mut self, around: &Surroundings<'_, T, NX, NU, NY, N, H>) {
         let Some(first) = self.changed.take() else { return };
-        let mut earlier = match first.checked_sub(1) {
-            None => self.before.as_ref().map(|cycle| (cycle.known, cycle.belief.clone())),
-            Some(place) => self.memory.iter().nth(place).map(|cycle| (cycle.known, cycle.belief.clone())),
-        };
         let count = self.memory.len();
-        for (position, cycle) in self.memory.iter_mut().enumerate().skip(first) {
-            let output = cycle.measured.as_ref();
-            let belief = match earlier {
-                Some((known, Some(before))) => {
-                    let tick = self.tick - (count - position) as u32;
-                    around.step(&before, tick, known, output)
-                }
+        for position in first..count {
+            let earlier = match position.checked_sub(1) {
+                None => self.before.as_ref(),
+                Some(place) => self.memory.get(place),
+            };
+            let output = self.memory.get(position).and_then(|cycle| cycle.measured.as_ref());
+            let known = earlier.and_then(|cycle| cycle.known);
+            let belief = match earlier.and_then(|cycle| cycle.belief.as_ref()) {
+                Some(before) => around.step(before, self.tick - (count - position) as u32, known, output),
                 // The first cycle of all: nothing was played before it.
-                _ => {
+                None => {
                     let modes = Modes::certain(Age::Empty, SVector::zeros());
                     Belief::of(modes, around.corrected(Estimate::initial(around.model), output))
                 }
             };
-            earlier = Some((cycle.known, Some(belief.clone())));
-            cycle.belief = Some(belief);
-        }
-        if let Some((_, Some(belief))) = earlier {
-            if let Some(posterior) = belief.merged() {
-                self.posterior = posterior;
+            if let Some(cycle) = self.memory.get_mut(position) {
+                cycle.belief = Some(belief);
             }
+        }
+        let last = self.memory.back().and_then(|cycle| cycle.belief.as_ref());
+        if let Some(posterior) = last.and_then(Belief::merged) {
+            self.posterior = posterior;
         }
     }
 

@@ -148,7 +148,7 @@ impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize, const N: usiz
             let leads: &dyn Fn(Age) -> T = if known.is_some() && total <= zero { &anyhow } else { &leads };
             let probability = if known.is_some() { one } else { total };
             if probability > zero {
-                let held = self.held(before, tick, leads);
+                let held = if age == Age::Empty { self.held(before, tick, leads) } else { SVector::zeros() };
                 if let Some(input) = self.input(tick, age, &held) {
                     each(age, probability, input, leads);
                 }
@@ -187,8 +187,16 @@ impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize, const N: usiz
         known: Option<Age>,
         output: Option<&SVector<T, NY>>,
     ) -> Belief<T, NX, NU, N, E> {
-        let in_one = before.estimates.len() == 1 && (self.merging == Merging::Single || known.is_some());
-        let found = if in_one {
+        let one_estimate = before.estimates.len() == 1;
+        let certain = known
+            .filter(|_| one_estimate)
+            .and_then(|age| Some((age, self.certain_input(before, tick, age)?)));
+        if let (Some((age, input)), Some(estimate)) = (certain, before.estimates.first()) {
+            let held = if age == Age::Empty { input } else { SVector::zeros() };
+            let predicted = estimate.predict(self.model, &input, None);
+            return Belief::of(Modes::certain(age, held), self.corrected(predicted, output));
+        }
+        let found = if one_estimate && (self.merging == Merging::Single || known.is_some()) {
             self.step_in_one(before, tick, known, output)
         } else {
             self.step_apart(before, tick, known, output)
@@ -201,7 +209,22 @@ impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize, const N: usiz
         })
     }
 
-    /// All ages in one estimate. With the age known this is the Kalman filter.
+    /// The input of cycle `tick`, in which `age` was played for certain, where that is all it takes to know it: the Kalman
+    /// filter's case, and the shortest way to it.
+    fn certain_input<const E: usize>(
+        &self,
+        before: &Belief<T, NX, NU, N, E>,
+        tick: Tick,
+        age: Age,
+    ) -> Option<SVector<T, NU>> {
+        if age != Age::Empty || self.actuator.default_input == DefaultInput::Zero {
+            return self.input(tick, age, &SVector::zeros());
+        }
+        let held = self.last_input(&before.modes, tick, before.modes.known()?)?;
+        self.input(tick, age, &held)
+    }
+
+    /// All ages in one estimate.
     fn step_in_one<const E: usize>(
         &self,
         before: &Belief<T, NX, NU, N, E>,
