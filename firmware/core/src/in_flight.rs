@@ -106,7 +106,7 @@ impl<T: Scalar, const NU: usize, const N: usize, const H: usize> InFlight<T, NU,
 
     /// The sequence sent `a >= 1` cycles before the current one, which is not pushed yet.
     fn sent(&self, a: usize) -> Option<&ControlSequence<T, NU, N>> {
-        self.sent.iter().nth(a.checked_sub(1)?)?.as_ref()
+        self.sent.get(a.checked_sub(1)?)?.as_ref()
     }
 
     /// The sequence made in cycle `tick`, if one was sent then and is remembered.
@@ -204,25 +204,29 @@ impl<T: Scalar, const NU: usize, const N: usize, const H: usize> InFlight<T, NU,
     ) {
         let one = T::one();
         let acknowledged = played.steps().map_or(gains.length(), |steps| steps + 1).min(gains.length());
+        // By age less one, for this is asked for every input in flight.
+        let by_now: Vec<T, N> = (1..acknowledged).map(|age| gains.arrival(age, told)).collect();
         // Given that it had not arrived by k+told.
-        let arrival = |b, m| {
-            let (by_then, under_way) = (gains.arrival(b, m), one - gains.arrival(b, told));
+        let arrival = |b: usize, m| {
+            let by_now = by_now.get(b - 1).copied().unwrap_or_else(T::zero);
+            let under_way = one - by_now;
             if m > told && under_way > T::zero() {
-                (by_then - gains.arrival(b, told)) / under_way
+                (gains.arrival(b, m) - by_now) / under_way
             } else {
                 T::zero()
             }
         };
         let mut none_newer = probability;
         for age in 1..acknowledged {
-            let arrived = if self.sent(age).is_some() { gains.arrival(age, told) } else { T::zero() };
+            let by_now = by_now.get(age - 1).copied().unwrap_or_else(T::zero);
+            let arrived = if self.sent(age).is_some() { by_now } else { T::zero() };
             let steps = u8::try_from(age - 1).map_or(Age::Empty, Age::Steps);
             if arrived > T::zero() {
-                each(none_newer * arrived, &self.expected(gains, steps, arrival));
+                each(none_newer * arrived, &self.expected(gains, steps, &arrival));
             }
             none_newer *= one - arrived;
         }
-        each(none_newer, &self.expected(gains, played, arrival));
+        each(none_newer, &self.expected(gains, played, &arrival));
     }
 
     /// `vbar` if the actuator had played `age` and packets under way arrived with the probabilities `arrival`.
