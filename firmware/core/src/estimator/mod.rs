@@ -8,7 +8,8 @@
 //! |---|---|
 //! | `model` | the plant's constants |
 //! | `estimate` | one Gaussian estimate: prediction, update, merging |
-//! | `modes` | probabilities of the ages, and how they move from cycle to cycle |
+//! | `modes` | probabilities of the ages in one cycle |
+//! | `surroundings` | the loop around: how ages move from cycle to cycle, and which inputs they mean |
 //! | `step` | one cycle of the filter: hypotheses apart, measured, merged |
 //! | `mode_filter` | the memory: what is late is put where it belongs, and filtered again |
 
@@ -17,12 +18,13 @@ mod mode_filter;
 mod model;
 mod modes;
 mod step;
+mod surroundings;
 
 pub use estimate::Estimate;
 pub use mode_filter::{ModeFilter, RejectedMeasurement};
 pub use model::Model;
 pub use modes::Modes;
-pub use step::Surroundings;
+pub use surroundings::Surroundings;
 
 /// Which hypotheses about the ages an estimator keeps apart while no acknowledgement decides between them. THEORY 8.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

@@ -4,8 +4,8 @@
 //! (thesis 3.6.2, THEORY 8). The estimate is the one that would have come out had all that is known been known at
 //! once: the order of arrival within the memory does not matter, to the bit. What happens in one cycle is in `step`.
 
-use super::step::{Belief, Surroundings};
-use super::{Estimate, Model, Modes};
+use super::step::Belief;
+use super::{Estimate, Model, Modes, Surroundings};
 use crate::{Scalar, Tick, actuator::Age};
 use heapless::Deque;
 use nalgebra::{SMatrix, SVector};

@@ -1,40 +1,10 @@
 //! One cycle of the filter: hypotheses about the age apart, predicted, measured and merged. THEORY 8.
 
 use super::estimate::Merged;
-use super::{Estimate, Merging, Model, Modes};
-use crate::{
-    DefaultInput, Scalar, Tick,
-    actuator::{Age, Settings},
-    gains::Gains,
-    in_flight::InFlight,
-};
+use super::{Estimate, Merging, Modes, Surroundings};
+use crate::{DefaultInput, Scalar, Tick, actuator::Age};
 use heapless::Vec;
 use nalgebra::{SMatrix, SVector};
-
-/// What an estimator is told of the loop around it.
-#[derive(Debug, Clone, Copy)]
-pub struct Surroundings<
-    'a,
-    T: Scalar,
-    const NX: usize,
-    const NU: usize,
-    const NY: usize,
-    const N: usize,
-    const H: usize,
-> {
-    /// The plant.
-    pub model: &'a Model<T, NX, NU, NY>,
-    /// What was sent.
-    pub in_flight: &'a InFlight<T, NU, N, H>,
-    /// The actuator at the other end.
-    pub actuator: &'a Settings<T, NU>,
-    /// The law: how long sequences are, and how likely they arrive late.
-    pub gains: &'a Gains<'a, T, NX, NU>,
-    /// Probability that a sequence arrives in the cycle it was sent in.
-    pub arrives_at_once: T,
-    /// What is kept apart.
-    pub merging: Merging,
-}
 
 /// What is believed in one cycle, given all measurements up to it.
 #[derive(Debug, Clone)]
@@ -76,109 +46,6 @@ impl<T: Scalar, const NX: usize, const NU: usize, const N: usize, const E: usize
 impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize, const N: usize, const H: usize>
     Surroundings<'_, T, NX, NU, NY, N, H>
 {
-    /// Probability that the sequence made `age` cycles before `tick` arrives in it, given that it had not before.
-    fn arrival(&self, tick: Tick, age: usize) -> T {
-        if self.in_flight.made_at(tick - age as u32).is_none() {
-            T::zero()
-        } else if age == 0 {
-            self.arrives_at_once
-        } else {
-            self.gains.arrival(age, 0)
-        }
-    }
-
-    /// What left the actuator in cycle `tick` if it played `age`; `held` if its buffer was empty and it holds. `None` if no
-    /// such sequence is remembered.
-    pub fn input(&self, tick: Tick, age: Age, held: &SVector<T, NU>) -> Option<SVector<T, NU>> {
-        let default_input = self.actuator.default_input;
-        let input = self.in_flight.applied_input(default_input, tick, age, held)?;
-        Some(self.actuator.saturate(&input))
-    }
-
-    /// The expected input of cycle `tick`, after which `modes` are believed.
-    pub(super) fn expected_input(&self, tick: Tick, modes: &Modes<T, NU, N>) -> SVector<T, NU> {
-        let possible = || {
-            let inputs =
-                modes.iter().map(|(age, probability)| (probability, self.input(tick, age, modes.held())));
-            inputs.filter_map(|(probability, input)| Some((probability, input?)))
-        };
-        match modes.known() {
-            Some(_) => possible().next().map_or_else(SVector::zeros, |(_, input)| input),
-            None => possible().fold(SVector::zeros(), |sum, (probability, input)| sum + input * probability),
-        }
-    }
-
-    /// Calls `each` with every age that may have been played in cycle `tick`, after what is believed `before` it: its
-    /// probability, the input, and how likely each age before leads to it.
-    ///
-    /// An acknowledged age is certain. If it contradicts all that is believed (an actuator that was started again), any
-    /// age before may have led to it.
-    fn for_each_age(
-        &self,
-        before: &Modes<T, NU, N>,
-        tick: Tick,
-        known: Option<Age>,
-        mut each: impl FnMut(Age, T, SVector<T, NU>, &dyn Fn(Age) -> T),
-    ) {
-        let (zero, one) = (T::zero(), T::one());
-        let length = self.gains.length();
-        let mut none_newer = one;
-        for place in 0..=length {
-            let age = u8::try_from(place).ok().filter(|_| place < length).map_or(Age::Empty, Age::Steps);
-            let arrives = if place < length { self.arrival(tick, place) } else { zero };
-            let newest = none_newer * arrives;
-            let played_on = none_newer;
-            none_newer *= one - arrives;
-            if known.is_some_and(|known| known != age) {
-                continue;
-            }
-            let leads = |from: Age| {
-                let becomes = from.steps().map_or(length, |steps| (steps + 1).min(length));
-                match becomes.cmp(&place) {
-                    core::cmp::Ordering::Equal => played_on,
-                    core::cmp::Ordering::Greater => newest,
-                    core::cmp::Ordering::Less => zero,
-                }
-            };
-            let sum = |leads: &dyn Fn(Age) -> T| {
-                before.iter().fold(zero, |sum, (from, probability)| sum + probability * leads(from))
-            };
-            let anyhow = |_: Age| one;
-            let total = sum(&leads);
-            let leads: &dyn Fn(Age) -> T = if known.is_some() && total <= zero { &anyhow } else { &leads };
-            let probability = if known.is_some() { one } else { total };
-            if probability > zero {
-                let held = if age == Age::Empty { self.held(before, tick, leads) } else { SVector::zeros() };
-                if let Some(input) = self.input(tick, age, &held) {
-                    each(age, probability, input, leads);
-                }
-            }
-        }
-    }
-
-    /// The input of the cycle before `tick` if `from` was played then.
-    fn last_input(&self, before: &Modes<T, NU, N>, tick: Tick, from: Age) -> Option<SVector<T, NU>> {
-        self.input(tick - 1, from, before.held())
-    }
-
-    /// What a buffer that is empty in cycle `tick` holds: the input of the cycle before, as the ages that lead there had it.
-    fn held(&self, before: &Modes<T, NU, N>, tick: Tick, leads: &dyn Fn(Age) -> T) -> SVector<T, NU> {
-        if self.actuator.default_input == DefaultInput::Zero {
-            return SVector::zeros();
-        }
-        let mut total = T::zero();
-        let mut mean = SVector::zeros();
-        for (from, probability) in before.iter() {
-            let weight = probability * leads(from);
-            let last = if weight > T::zero() { self.last_input(before, tick, from) } else { None };
-            let Some(last) = last else { continue };
-            total += weight;
-            // The first comes out as it is, to the bit.
-            mean = if total == weight { last } else { mean + (last - mean) * (weight / total) };
-        }
-        mean
-    }
-
     /// What is believed in the cycle after `tick`, of which `known` was acknowledged, given the measurement `output`.
     pub(super) fn step<const E: usize>(
         &self,

@@ -2,66 +2,25 @@
 //!
 //! It ties the rooms together and decides nothing itself: the estimate is [`crate::estimator`]'s, the
 //! expected inputs [`crate::in_flight`]'s, the law [`crate::gains`]', the feedforward [`crate::tracking`]'s, whether to send
-//! [`crate::event`]'s, the bytes [`crate::wire`]'s.
+//! [`crate::event`]'s, the bytes [`crate::wire`]'s. What it is told at design time is in `design`.
+
+mod design;
 
 use crate::{
-    DefaultInput, Scalar, Tick,
-    actuator::{Age, Settings},
-    estimator::{Merging, ModeFilter, Model, RejectedMeasurement, Surroundings},
+    Scalar, Tick,
+    actuator::Age,
+    estimator::{ModeFilter, RejectedMeasurement, Surroundings},
     event::{Candidate, Trigger},
     gains::Gains,
     in_flight::InFlight,
     sequence::ControlSequence,
-    tracking::{Feedforward, Preview, RejectedReference},
+    tracking::{Feedforward, RejectedReference},
     wire::{self, Acknowledgement, DecodeError, EncodeError, Measurement},
 };
 use heapless::Vec;
 use nalgebra::SVector;
 
-/// Everything a controller is told at design time.
-#[derive(Debug, Clone, Copy)]
-pub struct Design<'a, T, const NX: usize, const NU: usize, const NY: usize> {
-    /// The control law.
-    pub gains: Gains<'a, T, NX, NU>,
-    /// The plant.
-    pub model: &'a Model<T, NX, NU, NY>,
-    /// The actuator at the other end.
-    pub actuator: Settings<T, NU>,
-    /// Most cycles a measurement may be late and still count, `N^B`, thesis (3.34).
-    pub measurement_buffer: usize,
-    /// Most cycles ago that an acknowledgement may tell of and still count; 1 is the cycle before.
-    pub acknowledgement_buffer: usize,
-    /// What a reference adds to the law; `None` where the state is controlled to zero.
-    pub preview: Option<Preview<'a, T, NU>>,
-    /// Sends a sequence only if it is worth it; `None` sends in every cycle.
-    pub trigger: Option<Trigger<'a, T, NX, NU>>,
-    /// Probability that a sequence arrives in the cycle it was sent in, `q(0)`. With the gains' arrival probabilities it
-    /// says what may have been played where no acknowledgement does.
-    pub arrives_at_once: T,
-    /// What the estimator keeps apart while no acknowledgement decides.
-    pub merging: Merging,
-}
-
-/// Why a design does not fit a controller.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum InvalidDesign {
-    /// The gains' sequences are longer than the controller's capacity `N`, or than 255.
-    Capacity,
-    /// Gains, preview, trigger and actuator settings do not all name the same default input.
-    DefaultInput,
-    /// Measurements may be later than the controller's memory of `H` cycles reaches back.
-    MeasurementBuffer,
-    /// Acknowledgements may tell of cycles that the controller's memory of `H` cycles does not reach back to.
-    AcknowledgementBuffer,
-    /// Gains for sequences of another length than those in flight, or preview or trigger for others than the gains.
-    Length,
-    /// The preview does not tell what the trigger must know.
-    Preview,
-    /// The estimator keeps more estimates apart than the controller's capacity `E`.
-    Estimates,
-    /// The probability to arrive at once is not within 0..=1.
-    NotAProbability,
-}
+pub use design::{Design, InvalidDesign};
 
 /// Why a frame changed nothing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -131,29 +90,7 @@ impl<
     /// If the gains' sequences or the measurement buffer do not fit the capacities, or the actuator behaves unlike
     /// the gains assume.
     pub fn new(design: Design<'a, T, NX, NU, NY>, tick: Tick) -> Result<Self, InvalidDesign> {
-        if design.gains.length() > N || design.gains.length() > usize::from(u8::MAX) {
-            return Err(InvalidDesign::Capacity);
-        }
-        if design.gains.default_input() != design.actuator.default_input {
-            return Err(InvalidDesign::DefaultInput);
-        }
-        if let Some(preview) = &design.preview {
-            agree(&design, preview.length(), preview.default_input())?;
-        }
-        check_trigger(&design)?;
-        if design.measurement_buffer >= H {
-            return Err(InvalidDesign::MeasurementBuffer);
-        }
-        if design.acknowledgement_buffer >= H {
-            return Err(InvalidDesign::AcknowledgementBuffer);
-        }
-        if design.merging.estimates(design.gains.length()) > E {
-            return Err(InvalidDesign::Estimates);
-        }
-        // NaN is outside.
-        if !(T::zero()..=T::one()).contains(&design.arrives_at_once) {
-            return Err(InvalidDesign::NotAProbability);
-        }
+        design.check(N, H, E)?;
         Ok(Self {
             filter: ModeFilter::new(design.model, design.measurement_buffer, tick)
                 .remembering(design.acknowledgement_buffer),
@@ -171,7 +108,7 @@ impl<
     /// # Errors
     /// If the gains are for sequences of another length or for another default input; the law stays as it was.
     pub fn set_gains(&mut self, gains: Gains<'a, T, NX, NU>) -> Result<(), InvalidDesign> {
-        agree(&self.design, gains.length(), gains.default_input())?;
+        self.design.check_law(gains.length(), gains.default_input())?;
         self.design.gains = gains;
         Ok(())
     }
@@ -183,7 +120,7 @@ impl<
     /// If it does not fit the design; the one before stays.
     pub fn set_trigger(&mut self, trigger: Option<Trigger<'a, T, NX, NU>>) -> Result<(), InvalidDesign> {
         let design = Design { trigger, ..self.design };
-        check_trigger(&design)?;
+        design.check_trigger()?;
         self.design = design;
         Ok(())
     }
@@ -367,34 +304,6 @@ fn around<
     let Design { model, actuator, gains, arrives_at_once, merging, .. } = design;
     Surroundings { model, in_flight, actuator, gains, arrives_at_once: *arrives_at_once, merging: *merging }
 }
-
-/// Whether a law for sequences of this length and default input fits the design.
-fn agree<T: Scalar, const NX: usize, const NU: usize, const NY: usize>(
-    design: &Design<'_, T, NX, NU, NY>,
-    length: usize,
-    default_input: DefaultInput,
-) -> Result<(), InvalidDesign> {
-    if length != design.gains.length() {
-        return Err(InvalidDesign::Length);
-    }
-    if default_input != design.actuator.default_input {
-        return Err(InvalidDesign::DefaultInput);
-    }
-    Ok(())
-}
-
-/// Whether the trigger, if any, fits the law, and the preview, if any, tells it what it must know.
-fn check_trigger<T: Scalar, const NX: usize, const NU: usize, const NY: usize>(
-    design: &Design<'_, T, NX, NU, NY>,
-) -> Result<(), InvalidDesign> {
-    let Some(trigger) = &design.trigger else { return Ok(()) };
-    agree(design, trigger.length(), trigger.default_input())?;
-    if design.preview.as_ref().is_some_and(|preview| !preview.serves_trigger()) {
-        return Err(InvalidDesign::Preview);
-    }
-    Ok(())
-}
-
 fn count(counter: &mut u32) {
     *counter = counter.saturating_add(1);
 }

@@ -1,0 +1,108 @@
+//! What a controller is told at design time, and whether it fits together.
+//!
+//! What it does with it is in the parent module; where it comes from, the generator's business.
+
+use crate::{
+    DefaultInput, Scalar,
+    actuator::Settings,
+    estimator::{Merging, Model},
+    event::Trigger,
+    gains::Gains,
+    tracking::Preview,
+};
+
+/// Everything a controller is told at design time.
+#[derive(Debug, Clone, Copy)]
+pub struct Design<'a, T, const NX: usize, const NU: usize, const NY: usize> {
+    /// The control law.
+    pub gains: Gains<'a, T, NX, NU>,
+    /// The plant.
+    pub model: &'a Model<T, NX, NU, NY>,
+    /// The actuator at the other end.
+    pub actuator: Settings<T, NU>,
+    /// Most cycles a measurement may be late and still count, `N^B`, thesis (3.34).
+    pub measurement_buffer: usize,
+    /// Most cycles ago that an acknowledgement may tell of and still count; 1 is the cycle before.
+    pub acknowledgement_buffer: usize,
+    /// What a reference adds to the law; `None` where the state is controlled to zero.
+    pub preview: Option<Preview<'a, T, NU>>,
+    /// Sends a sequence only if it is worth it; `None` sends in every cycle.
+    pub trigger: Option<Trigger<'a, T, NX, NU>>,
+    /// Probability that a sequence arrives in the cycle it was sent in, `q(0)`. With the gains' arrival probabilities it
+    /// says what may have been played where no acknowledgement does.
+    pub arrives_at_once: T,
+    /// What the estimator keeps apart while no acknowledgement decides.
+    pub merging: Merging,
+}
+
+/// Why a design does not fit a controller.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum InvalidDesign {
+    /// The gains' sequences are longer than the controller's capacity `N`, or than 255.
+    Capacity,
+    /// Gains, preview, trigger and actuator settings do not all name the same default input.
+    DefaultInput,
+    /// Measurements may be later than the controller's memory of `H` cycles reaches back.
+    MeasurementBuffer,
+    /// Acknowledgements may tell of cycles that the controller's memory of `H` cycles does not reach back to.
+    AcknowledgementBuffer,
+    /// Gains for sequences of another length than those in flight, or preview or trigger for others than the gains.
+    Length,
+    /// The preview does not tell what the trigger must know.
+    Preview,
+    /// The estimator keeps more estimates apart than the controller's capacity `E`.
+    Estimates,
+    /// The probability to arrive at once is not within 0..=1.
+    NotAProbability,
+}
+
+impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize> Design<'_, T, NX, NU, NY> {
+    /// Whether everything fits together, and the capacities: sequences of `length` inputs, `history` cycles, `estimates`.
+    pub(super) fn check(&self, length: usize, history: usize, estimates: usize) -> Result<(), InvalidDesign> {
+        if self.gains.length() > length || self.gains.length() > usize::from(u8::MAX) {
+            return Err(InvalidDesign::Capacity);
+        }
+        if self.gains.default_input() != self.actuator.default_input {
+            return Err(InvalidDesign::DefaultInput);
+        }
+        if let Some(preview) = &self.preview {
+            self.check_law(preview.length(), preview.default_input())?;
+        }
+        self.check_trigger()?;
+        if self.measurement_buffer >= history {
+            return Err(InvalidDesign::MeasurementBuffer);
+        }
+        if self.acknowledgement_buffer >= history {
+            return Err(InvalidDesign::AcknowledgementBuffer);
+        }
+        if self.merging.estimates(self.gains.length()) > estimates {
+            return Err(InvalidDesign::Estimates);
+        }
+        // NaN is outside.
+        if !(T::zero()..=T::one()).contains(&self.arrives_at_once) {
+            return Err(InvalidDesign::NotAProbability);
+        }
+        Ok(())
+    }
+
+    /// Whether a law for sequences of this length and default input fits.
+    pub(super) fn check_law(&self, length: usize, default_input: DefaultInput) -> Result<(), InvalidDesign> {
+        if length != self.gains.length() {
+            return Err(InvalidDesign::Length);
+        }
+        if default_input != self.actuator.default_input {
+            return Err(InvalidDesign::DefaultInput);
+        }
+        Ok(())
+    }
+
+    /// Whether the trigger, if any, fits the law, and the preview, if any, tells it what it must know.
+    pub(super) fn check_trigger(&self) -> Result<(), InvalidDesign> {
+        let Some(trigger) = &self.trigger else { return Ok(()) };
+        self.check_law(trigger.length(), trigger.default_input())?;
+        if self.preview.as_ref().is_some_and(|preview| !preview.serves_trigger()) {
+            return Err(InvalidDesign::Preview);
+        }
+        Ok(())
+    }
+}
