@@ -1,4 +1,4 @@
-//! Command line: `host-sim run` and `host-sim sweep`.
+//! Command line: `host-sim run`, `host-sim sweep` and `host-sim identify`.
 //!
 //! Exit status: 0 done; 2 the input is wrong; 3 the loop cannot be stabilised.
 
@@ -12,6 +12,7 @@ use gain_gen::{
 };
 use host_sim::{
     contender::{Contender, ContenderError, Kind},
+    identify::command as identify,
     monte_carlo::{Outcome, Plan, Simulate},
     output::{self, Simulation},
     size_class::{self, dispatch},
@@ -56,6 +57,8 @@ enum Command {
         #[arg(long, value_name = "RANGE")]
         lengths: Lengths,
     },
+    /// Logs of a link to the delays of a design file, with confidence intervals and what speaks against them.
+    Identify(identify::Options),
 }
 
 #[derive(Args)]
@@ -131,6 +134,9 @@ pub(crate) fn main() -> ExitCode {
             run(&options, sequence_length, report.as_deref())
         }
         Command::Sweep { options, lengths } => sweep(&options, &lengths),
+        Command::Identify(options) => identify::run(&options)
+            .map(|text| print!("{text}"))
+            .map_err(|error| Failure::Input(error.to_string())),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,

@@ -13,6 +13,7 @@
 //! | [`objective`] | what a run costs |
 //! | [`closed_loop`] | one run: plant, links and the two ends, cycle by cycle |
 //! | [`monte_carlo`] | many runs in parallel, and what they say together |
+//! | [`identify`] | from logs of a real link to the delays of a design file |
 //! | [`output`] | the table, the JSON and the report with pictures |
 //!
 //! Same design, same seed: same numbers, on any number of threads.
@@ -20,6 +21,7 @@
 pub mod closed_loop;
 pub mod contender;
 pub mod fitted;
+pub mod identify;
 pub mod link;
 pub mod monte_carlo;
 pub mod objective;

@@ -1,0 +1,114 @@
+//! [`Figures`]: everything that is known about a link from its logs.
+
+use super::{
+    chance::Share,
+    drift::{Drift, drift},
+    independence::{Bursts, Correlation, Losses, bursts, delays, losses},
+    sample::{Clock, Sample},
+    trace::{Trace, TraceError},
+    warnings,
+};
+use gain_gen::design::DelayDistribution;
+use serde::Serialize;
+
+/// What was odd about the logs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct Oddities {
+    /// Numbers missing in the sequence.
+    pub missing: u64,
+    /// Whether they count as lost packets.
+    pub missing_are_lost: bool,
+    /// Packets seen again; only the first arrival counts.
+    pub duplicates: u64,
+    /// Packets received of which the sender knows nothing; not counted.
+    pub strays: u64,
+    /// Packets at the ends of the logs that may be lost or not; not counted.
+    pub undecided: u64,
+    /// Packets that arrived later than counts; counted as lost.
+    pub late: u64,
+    /// Packets that arrived after one which was sent later.
+    pub reordered: u64,
+}
+
+/// What the logs say about the link.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Figures {
+    /// Where they come from.
+    pub files: Vec<String>,
+    /// Seconds per cycle.
+    pub sample_time: f64,
+    /// Seconds from the begin of a cycle to the sending of its packet.
+    pub offset: f64,
+    /// Packets that count.
+    pub packets: u64,
+    /// P(delay = 0), P(delay = 1), .. in cycles.
+    pub delays: Vec<Share>,
+    /// P(lost).
+    pub loss: Share,
+    /// With 95 %, all delays that were not seen are together less probable than this.
+    pub unseen_below: f64,
+    /// Mean delay of the packets that arrived, in cycles.
+    pub mean_delay: f64,
+    /// Losses of neighbours against each other.
+    pub independence_of_losses: Option<Losses>,
+    /// Runs of losses.
+    pub bursts: Option<Bursts>,
+    /// Delays of neighbours against each other.
+    pub correlation_of_delays: Option<Correlation>,
+    /// First half against second half.
+    pub drift: Option<Drift>,
+    /// What was odd about the logs.
+    pub log: Oddities,
+    /// What to mind, in words.
+    pub warnings: Vec<String>,
+}
+
+impl Figures {
+    /// Computes all figures of the traces of one link.
+    ///
+    /// # Errors
+    /// No packet arrived.
+    pub fn new(files: Vec<String>, traces: &[Trace], clock: &Clock) -> Result<Self, TraceError> {
+        let sample = Sample::new(traces, clock)?;
+        let packets = sample.packets();
+        let delay_shares: Vec<Share> =
+            sample.counts.iter().map(|&count| Share::new(count, packets)).collect();
+        let probabilities = delay_shares.iter().map(|share| share.probability).collect();
+        let distribution =
+            DelayDistribution::new(probabilities).map_err(|error| TraceError::Whole(error.to_string()))?;
+        let total = |of: fn(&Trace) -> u64| traces.iter().map(of).fold(0, u64::saturating_add);
+        let log = Oddities {
+            missing: total(|trace| trace.missing),
+            missing_are_lost: traces.iter().any(|trace| trace.missing_are_lost),
+            duplicates: total(|trace| trace.duplicates),
+            strays: total(|trace| trace.strays),
+            undecided: total(|trace| trace.undecided),
+            late: sample.late,
+            reordered: sample.reordered,
+        };
+        let mut figures = Self {
+            files,
+            sample_time: clock.sample_time,
+            offset: clock.offset,
+            packets,
+            delays: delay_shares,
+            loss: Share::new(sample.lost, packets),
+            // (1 - p)^n = 0.05
+            unseen_below: 1.0 - 0.05_f64.powf(1.0 / packets as f64),
+            mean_delay: distribution.mean_delay(),
+            independence_of_losses: losses(&sample),
+            bursts: bursts(&sample),
+            correlation_of_delays: delays(&sample),
+            drift: drift(&sample),
+            log,
+            warnings: Vec::new(),
+        };
+        figures.warnings = warnings::all(&figures);
+        Ok(figures)
+    }
+
+    /// The figures as one JSON object.
+    pub fn json(&self) -> String {
+        serde_json::to_string_pretty(self).unwrap_or_default()
+    }
+}

@@ -1,0 +1,139 @@
+//! [`Sample`]: what became of every packet, in cycles, and how often.
+
+use super::trace::{Trace, TraceError};
+
+/// Most cycles that a design file holds: `delays` has at most 1000 entries.
+pub const LONGEST: usize = 999;
+/// A part of a cycle that is rounding, not time.
+const ROUNDING: f64 = 1e-9;
+
+/// How times become cycles.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Clock {
+    /// Seconds per cycle.
+    pub sample_time: f64,
+    /// Seconds from the begin of a cycle to the sending of its packet.
+    pub offset: f64,
+    /// Packets that are later than this many cycles count as lost.
+    pub longest: usize,
+}
+
+impl Clock {
+    /// Cycles from sending to arrival: `floor((received - sent + offset) / T)`, times in nanoseconds.
+    pub fn cycles(&self, sent: i64, received: i64) -> usize {
+        let seconds = (received - sent) as f64 / 1e9 + self.offset;
+        // Saturates far beyond all delays there are.
+        (seconds / self.sample_time + ROUNDING) as usize
+    }
+}
+
+/// What became of the packets, in the order sent.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Sample {
+    /// Delay in cycles, or lost; file after file.
+    pub fates: Vec<Option<usize>>,
+    /// Where files begin in `fates`: a packet and the last one of another file are no neighbours.
+    pub begins: Vec<usize>,
+    /// Packets by delay, up to the longest that occurs.
+    pub counts: Vec<u64>,
+    /// Packets that were lost.
+    pub lost: u64,
+    /// Packets among them that arrived, but too late to count.
+    pub late: u64,
+    /// Packets that arrived after one which was sent later.
+    pub reordered: u64,
+}
+
+impl Sample {
+    /// Pools the traces of one link.
+    ///
+    /// # Errors
+    /// No packet arrived.
+    pub fn new(traces: &[Trace], clock: &Clock) -> Result<Self, TraceError> {
+        let mut sample = Self {
+            fates: Vec::new(),
+            begins: Vec::new(),
+            counts: Vec::new(),
+            lost: 0,
+            late: 0,
+            reordered: 0,
+        };
+        for trace in traces {
+            sample.begins.push(sample.fates.len());
+            for packet in &trace.packets {
+                let arrived = packet.sent.zip(packet.received);
+                let delay = arrived.map(|(sent, received)| clock.cycles(sent, received));
+                let fate = delay.filter(|&delay| delay <= clock.longest);
+                sample.late += u64::from(fate.is_none() && delay.is_some());
+                sample.count(fate);
+            }
+            sample.reordered += overtaken(trace);
+        }
+        match sample.counts.is_empty() {
+            true => Err(TraceError::Whole(format!(
+                "none of {} packets arrives within {} cycles: no delays to identify; check --sample-time and the logs",
+                sample.lost, clock.longest
+            ))),
+            false => Ok(sample),
+        }
+    }
+
+    fn count(&mut self, fate: Option<usize>) {
+        self.fates.push(fate);
+        match fate {
+            None => self.lost += 1,
+            Some(delay) => {
+                if self.counts.len() <= delay {
+                    self.counts.resize(delay + 1, 0);
+                }
+                self.counts[delay] += 1;
+            }
+        }
+    }
+
+    /// All packets.
+    pub fn packets(&self) -> u64 {
+        self.fates.len() as u64
+    }
+
+    /// Packets that arrived.
+    pub fn arrived(&self) -> u64 {
+        self.packets() - self.lost
+    }
+
+    /// The fates file by file.
+    pub fn files(&self) -> impl Iterator<Item = &[Option<usize>]> {
+        let ends = self.begins.iter().skip(1).copied().chain([self.fates.len()]);
+        self.begins.iter().zip(ends).map(|(&begin, end)| &self.fates[begin..end])
+    }
+
+    /// Each packet with the one sent after it.
+    pub fn neighbours(&self) -> impl Iterator<Item = (Option<usize>, Option<usize>)> {
+        self.files().flat_map(|file| file.windows(2).map(|pair| (pair[0], pair[1])))
+    }
+}
+
+/// Packets that arrive after one which was sent later.
+fn overtaken(trace: &Trace) -> u64 {
+    let mut earliest = i64::MAX;
+    let mut overtaken = 0;
+    for received in trace.packets.iter().rev().filter_map(|packet| packet.received) {
+        overtaken += u64::from(received > earliest);
+        earliest = earliest.min(received);
+    }
+    overtaken
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_packet_there_before_the_next_cycle_is_not_late() {
+        let clock = Clock { sample_time: 0.01, offset: 0.0, longest: LONGEST };
+        let cycles = [0, 9_999_999, 10_000_000, 19_999_999, 30_000_000].map(|late| clock.cycles(5, 5 + late));
+        assert_eq!(cycles, [0, 0, 1, 1, 3]);
+        let shifted = Clock { offset: 0.004, ..clock };
+        assert_eq!([5_999_999, 6_000_000].map(|late| shifted.cycles(0, late)), [0, 1]);
+    }
+}
