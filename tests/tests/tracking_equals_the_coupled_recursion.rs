@@ -1,7 +1,7 @@
 //! The feedforward of a task is the thesis' (Theorem 4.1), in every mode of the actuator; preview gains are what it settles to.
 
 use gain_gen::{
-    design::{DelayDistribution, Preview},
+    design::{DelayDistribution, Design, Preview},
     solve::{
         LoopProblem, Method, Tracked, preview_gains, set_point_gains, solve, tracking_reference,
         tracking_task,
@@ -133,5 +133,32 @@ fn the_gains_of_a_set_point_that_needs_no_input_are_those_of_a_preview_that_stan
             (&preview.displaced - &set_point.displaced).amax() < 1e-9 * set_point.displaced.amax().max(1e-3)
         );
         compared += 1;
+    }
+}
+
+#[test]
+fn preview_gains_of_the_pendulum_give_its_tasks_feedforward_away_from_the_ends() {
+    for text in [
+        include_str!("../../designs/pendulum_tracking.toml"),
+        include_str!("../../designs/pendulum_tracking_bad.toml"),
+    ] {
+        let design = Design::parse(text, "design.toml").expect("a design");
+        let (problem, tracked) = (LoopProblem::of(&design), Tracked::of(&design).expect("it tracks"));
+        let solution = solve(&problem, Method::InFlight);
+        let gains = preview_gains(&problem, &solution, &tracked, Preview::Auto { tolerance: 1e-9 });
+        let gains = gains.expect("a steady state").expect("short enough");
+        let tracking = design.tracking.as_ref().expect("it tracks");
+        let at = |cycle| tracking.reference(cycle, design.plant.sample_time).expect("a reference");
+        // The square wave and, long after, the end: second moments shrink by 0.966 a step.
+        let reference: Vec<_> = (0..=gains.samples + 1500).map(at).collect();
+        let task = tracking_task(&problem, &tracked, &reference).tracked.expect("a reference is followed");
+        let largest = task.feedforward.iter().map(DVector::amax).fold(0.0, f64::max);
+        for cycle in 0..500 {
+            let samples = reference[cycle + 1..].iter().take(gains.samples).flat_map(|z| z.iter().copied());
+            let steady = &gains.sequence * DVector::from_iterator(gains.sequence.ncols(), samples);
+            let difference = (steady - &task.feedforward[cycle]).amax() / largest;
+            assert!(difference < 1e-6, "{}, cycle {cycle}: {difference}", design.name);
+        }
+        eprintln!("{}: {} samples", design.name, gains.samples);
     }
 }
