@@ -129,11 +129,19 @@ impl<T: Scalar, const NX: usize, const NU: usize, const N: usize> Core<'_, T, NX
         }
         self.in_flight.push(sent);
         self.held = self.played.1;
-        let age = self.played.0.played_on(N);
+        let age = played_on(self.played.0, N);
         let input = self.applied(self.tick, age).unwrap_or_else(SVector::zeros);
         self.set_played(age, input);
         self.tick += 1;
         line
+    }
+}
+
+/// The age one cycle later if nothing newer arrives, for sequences of `length` inputs: the C law goes by it.
+fn played_on(age: Age, length: usize) -> Age {
+    match age {
+        Age::Steps(steps) if usize::from(steps) + 1 < length => Age::Steps(steps + 1),
+        _ => Age::Empty,
     }
 }
 

@@ -47,14 +47,6 @@ impl Age {
             Self::Empty => None,
         }
     }
-
-    /// The age one cycle later if nothing newer arrives, for sequences of `length` inputs.
-    pub const fn played_on(self, length: usize) -> Self {
-        match self {
-            Self::Steps(steps) if (steps as usize) + 1 < length => Self::Steps(steps + 1),
-            _ => Self::Empty,
-        }
-    }
 }
 
 /// Bounds of each input, in input units.
