@@ -12,7 +12,7 @@ use gain_gen::{
 };
 use host_sim::{
     contender::{Contender, ContenderError, Kind},
-    identify::command as identify,
+    identify,
     monte_carlo::{Outcome, Plan, Simulate},
     output::{self, Simulation},
     size_class::{self, dispatch},

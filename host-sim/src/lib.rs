@@ -13,7 +13,7 @@
 //! | [`objective`] | what a run costs |
 //! | [`closed_loop`] | one run: plant, links and the two ends, cycle by cycle |
 //! | [`monte_carlo`] | many runs in parallel, and what they say together |
-//! | [`identify`] | from logs of a real link to the delays of a design file |
+//! | [`identify`] | options of the command that reads logs of a link |
 //! | [`output`] | the table, the JSON and the report with pictures |
 //!
 //! Same design, same seed: same numbers, on any number of threads.

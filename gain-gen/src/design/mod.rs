@@ -10,7 +10,6 @@
 
 mod controller;
 mod cost;
-mod distribution;
 mod document;
 mod equilibrium;
 mod error;
@@ -26,13 +25,13 @@ mod tracking;
 
 pub use controller::{ControllerSettings, DeviceScalar, LONGEST_SEQUENCE};
 pub use cost::Cost;
-pub use distribution::{DelayDistribution, DistributionError};
 pub use error::DesignError;
 pub use event::Event;
 pub use network::{Acknowledgement, Network};
 pub use plant::Plant;
 pub use reference::{Interpolation, Reference};
 pub use set_point::SetPoint;
+pub use slqg_links::delay::{DelayDistribution, DistributionError};
 pub use tracking::{Goal, Preview, Tracking, Trajectory};
 
 use document::{Document, Section};

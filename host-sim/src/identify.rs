@@ -1,15 +1,14 @@
 //! Options of `host-sim identify`, and what it does.
 
-use super::{
-    candump, capture,
+use clap::{Args, ValueEnum};
+use slqg_links::identify::{
     figures::Figures,
     fragment::fragment,
+    logs::{self, Selection},
     sample::{Clock, LONGEST},
-    table,
-    trace::{Gaps, Trace, TraceError},
+    trace::{Gaps, TraceError},
 };
-use clap::{Args, ValueEnum};
-use std::{fs, path::PathBuf};
+use std::path::PathBuf;
 
 /// Options of the command line.
 #[derive(Debug, Args)]
@@ -36,7 +35,7 @@ pub struct Options {
     format: Option<Format>,
     /// What numbers missing in the sequence are. In CSV tables without rows of lost packets they are lost, otherwise ignored.
     #[arg(long, value_enum)]
-    gaps: Option<Gaps>,
+    gaps: Option<GapsName>,
     /// Interface on which packets are sent (candump).
     #[arg(long, value_name = "IFACE")]
     tx: Option<String>,
@@ -59,6 +58,33 @@ enum Format {
     Candump,
     /// Classic pcap.
     Pcap,
+}
+
+impl From<Format> for logs::Format {
+    fn from(name: Format) -> Self {
+        match name {
+            Format::Csv => Self::Csv,
+            Format::Candump => Self::Candump,
+            Format::Pcap => Self::Pcap,
+        }
+    }
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum GapsName {
+    /// A packet was sent and lost.
+    Lost,
+    /// Nothing was sent, or it was not logged.
+    Ignore,
+}
+
+impl From<GapsName> for Gaps {
+    fn from(name: GapsName) -> Self {
+        match name {
+            GapsName::Lost => Self::Lost,
+            GapsName::Ignore => Self::Ignore,
+        }
+    }
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
@@ -104,60 +130,25 @@ pub fn run(options: &Options) -> Result<String, TraceError> {
         let problem = "--offset: found two cycles or more; give the time from the begin of a cycle to the sending, see docs/traces.md";
         return Err(TraceError::Whole(problem.into()));
     }
-    let mut logs = Vec::new();
-    for path in &options.traces {
-        let bytes =
-            fs::read(path).map_err(|error| TraceError::file(path, format!("cannot read it: {error}")))?;
-        logs.push((path.clone(), bytes));
-    }
+    let (key, kind) = options.link.key_and_kind();
+    let selection = Selection {
+        format: options.format.map(Into::into),
+        gaps: options.gaps.map(Into::into),
+        tx: options.tx.as_deref(),
+        rx: options.rx.as_deref(),
+        id: options.id,
+        kind,
+    };
+    let traces = logs::read(&options.traces, &selection)?;
     let clock = Clock {
         sample_time: options.sample_time,
         offset: options.offset,
         longest: usize::from(options.longest),
     };
     let names = options.traces.iter().map(|path| path.display().to_string()).collect();
-    let figures = Figures::new(names, &read(options, &logs)?, &clock)?;
+    let figures = Figures::new(names, &traces, &clock)?;
     Ok(match options.json {
         true => figures.json() + "\n",
-        false => fragment(&figures, options.link.key_and_kind().0),
+        false => fragment(&figures, key),
     })
-}
-
-fn read(options: &Options, logs: &[(PathBuf, Vec<u8>)]) -> Result<Vec<Trace>, TraceError> {
-    let formats: Vec<Format> =
-        logs.iter().map(|(_, bytes)| options.format.unwrap_or_else(|| recognised(bytes))).collect();
-    if let Some(other) = formats.iter().position(|format| *format != formats[0]) {
-        return Err(TraceError::file(
-            &logs[other].0,
-            "is of another format than the first log; give logs of one format",
-        ));
-    }
-    let (_, kind) = options.link.key_and_kind();
-    let gaps = options.gaps.unwrap_or(Gaps::Ignore);
-    match formats[0] {
-        Format::Csv => logs.iter().map(|(file, bytes)| table::read(file, bytes, options.gaps)).collect(),
-        Format::Pcap => Ok(vec![capture::read(logs, kind, gaps)?]),
-        Format::Candump => {
-            let (Some(tx), Some(rx)) = (options.tx.as_deref(), options.rx.as_deref()) else {
-                let problem =
-                    "candump logs need --tx IFACE and --rx IFACE: where packets are sent and where received";
-                return Err(TraceError::file(&logs[0].0, problem));
-            };
-            if tx == rx {
-                return Err(TraceError::Whole("--tx and --rx are the same interface; give two".into()));
-            }
-            let selection = candump::Selection { tx, rx, id: options.id, kind, gaps };
-            Ok(vec![candump::read(logs, &selection)?])
-        }
-    }
-}
-
-fn recognised(bytes: &[u8]) -> Format {
-    if capture::looks_like_one(bytes) {
-        Format::Pcap
-    } else if bytes.trim_ascii_start().starts_with(b"(") {
-        Format::Candump
-    } else {
-        Format::Csv
-    }
 }

@@ -79,7 +79,7 @@ pub(super) fn early(sequence: u64, sent: Nanoseconds, received: Nanoseconds) -> 
 }
 
 /// What numbers missing in a sequence mean.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Gaps {
     /// A packet was sent and lost.
     Lost,

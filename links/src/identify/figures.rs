@@ -8,7 +8,7 @@ use super::{
     trace::{Trace, TraceError},
     warnings,
 };
-use gain_gen::design::DelayDistribution;
+use crate::delay::DelayDistribution;
 use serde::Serialize;
 
 /// What was odd about the logs.

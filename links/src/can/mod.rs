@@ -1,0 +1,1 @@
+//! A CAN bus, event by event in bit times.
