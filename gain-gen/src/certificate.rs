@@ -11,7 +11,7 @@ mod verification;
 
 use crate::report::{default_input_name, figure, line_per_field, rows};
 use crate::solve::{
-    ClosedLoop, LoopProblem, Solution, age_transitions, mean_square_rate, modes, solve_correction,
+    ClosedLoop, LoopProblem, ModeChain, Solution, age_transitions, mean_square_rate, modes, solve_correction,
 };
 use nalgebra::DMatrix;
 use serde::Serialize;
@@ -123,8 +123,8 @@ pub fn certify_gains(
 /// `X = C + T X / growth`: the cost of all future, discounted by less than the loop forgets, of a diagonal stage cost
 /// `C`. `T` is [`ClosedLoop::apply`]. `None` if it is not finite.
 fn future_cost(problem: &LoopProblem, gains: &[DMatrix<f64>], growth: f64) -> Option<Vec<DMatrix<f64>>> {
-    let (modes, transitions) = (modes(problem), age_transitions(&problem.link, problem.length));
-    let closed = ClosedLoop { modes: &modes, transitions: &transitions, gains };
+    let (modes, chain) = (modes(problem), ModeChain::independent(&problem.link, problem.length));
+    let closed = ClosedLoop { modes: &modes, chain: &chain, gains };
     let size = closed.size();
     let weights = stage_weights(problem, size);
     // In units in which the stage cost is the identity.

@@ -8,7 +8,9 @@
 //! narrows the step in which the rate passes 1; an unstable interval narrower than a step could be walked over.
 
 use crate::design::DelayDistribution;
-use crate::solve::{ClosedLoop, LoopProblem, Mode, Solution, age_transitions, mean_square_rate, modes};
+use crate::solve::{
+    ClosedLoop, LoopProblem, Mode, ModeChain, Solution, age_transitions, mean_square_rate, modes,
+};
 use nalgebra::DMatrix;
 
 /// Steps in which loss is searched.
@@ -92,7 +94,8 @@ struct Loop<'a> {
 
 impl Loop<'_> {
     fn rate(&self, transitions: &DMatrix<f64>) -> f64 {
-        ClosedLoop { modes: &self.modes, transitions, gains: self.gains }.rate()
+        let chain = ModeChain::of_ages(transitions.clone());
+        ClosedLoop { modes: &self.modes, chain: &chain, gains: self.gains }.rate()
     }
 
     /// Transitions of the age are linear in the arrival probabilities: between the designed ones and those of a link

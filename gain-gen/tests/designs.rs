@@ -2,7 +2,8 @@
 //! `[tracking]` is in `design_tracking.rs`.
 
 use gain_gen::design::{
-    Acknowledgement, DelayDistribution, Design, DeviceScalar, Event, Goal, Interpolation, Preview, Trajectory,
+    Acknowledgement, DelayDistribution, Design, DeviceScalar, Event, Goal, Interpolation, Link, Preview,
+    Trajectory,
 };
 use nalgebra::DMatrix;
 use slqg::DefaultInput;
@@ -43,8 +44,8 @@ fn example(name: &str) -> Design {
     Design::load(&folder().join(name).with_extension("toml")).unwrap_or_else(|error| panic!("{error}"))
 }
 
-fn link(probabilities: &[f64]) -> DelayDistribution {
-    DelayDistribution::new(probabilities.to_vec()).unwrap()
+fn link(probabilities: &[f64]) -> Link {
+    Link::independent(DelayDistribution::new(probabilities.to_vec()).unwrap())
 }
 
 #[test]
@@ -63,6 +64,7 @@ fn every_example_loads_and_bears_the_name_of_its_file() {
         "critical_good",
         "double_integrator",
         "double_integrator_bad",
+        "double_integrator_bursty",
         "drive_event",
         "drive_event_bad",
         "drive_tracking",
@@ -140,7 +142,8 @@ fn packets_too_late_for_the_sequence_are_rare_enough_to_stabilise_each_example()
         [("critical", 1.5), ("critical_good", 1.5), ("critical_bad", 1.5), ("pendulum_bad", 1.16)]
     {
         let design = example(name);
-        let arrival = design.network.controller_to_actuator.arrival(design.controller.sequence_length - 1);
+        let arrival =
+            design.network.controller_to_actuator.delays.arrival(design.controller.sequence_length - 1);
         assert!((1.0 - arrival) * fastest * fastest < 0.5, "{name}");
     }
 }
@@ -220,7 +223,7 @@ network.acknowledgement.delays = [0.25, 0.5]
 network.acknowledged_cycles = 1
 "#;
     let design = Design::parse(&text, "tank").unwrap();
-    assert_eq!(design.network.acknowledgement, Acknowledgement::Delays(link(&[0.25, 0.5])));
+    assert_eq!(design.network.acknowledgement, Acknowledgement::Over(link(&[0.25, 0.5])));
     assert_eq!(design.network.acknowledged_cycles, 1);
     let settings = design.controller;
     assert_eq!(settings.estimator, Merging::Gpb2);

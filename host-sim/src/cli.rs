@@ -4,7 +4,7 @@
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use gain_gen::{
-    design::{Acknowledgement, DelayDistribution, Design},
+    design::{Acknowledgement, DelayDistribution, Design, Link},
     emit,
     lengths::Lengths,
     report::Report,
@@ -67,7 +67,7 @@ struct Options {
     design: PathBuf,
     /// Controllers to simulate, separated by commas: slqg (sequence-based LQG over the design's network), slqg-always (sends
     /// in every cycle, worth it or not), slqg-no-preview (takes the reference of the moment for all that is to come),
-    /// slqg-task (time-varying law of a task that ends with the run), slqg-udp (without acknowledgements),
+    /// slqg-channel (told the state of a bursty link one cycle late), slqg-task (time-varying law of a task that ends with the run), slqg-udp (without acknowledgements),
     /// slqg-udp-rounded (the same with the mean age rounded), lqg (at the plant, without a network: the lower bound).
     #[arg(long, value_delimiter = ',', default_value = "slqg,lqg")]
     controllers: Vec<Kind>,
@@ -115,7 +115,7 @@ fn acknowledgement(text: &str) -> Result<Acknowledgement, String> {
             let probabilities =
                 probabilities.ok_or("give instant, none, or probabilities separated by commas")?;
             let delays = DelayDistribution::new(probabilities).map_err(|error| error.to_string())?;
-            Ok(Acknowledgement::Delays(delays))
+            Ok(Acknowledgement::Over(Link::independent(delays)))
         }
     }
 }

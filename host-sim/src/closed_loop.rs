@@ -8,12 +8,10 @@
 use crate::{
     contender::Contender,
     fitted::Fitted,
-    link::{Fate, Link},
+    network::Network,
     plant::PlantRun,
-    random::{Purpose, stream},
     size_class::{LONGEST_SEQUENCE, MEMORY, SimScalar},
 };
-use gain_gen::design::Acknowledgement;
 use nalgebra::{SMatrix, SVector};
 use slqg::{
     Tick,
@@ -22,6 +20,7 @@ use slqg::{
     estimator::Merging,
     wire::{self, Measurement},
 };
+use slqg_links::path::Fate;
 
 /// State beyond this many times its initial or noise scale counts as diverged.
 const DIVERGED: f64 = 1e6;
@@ -129,16 +128,6 @@ pub fn run<T: SimScalar, const NX: usize, const NU: usize, const NY: usize>(
     }
 }
 
-/// The acknowledgements' way back.
-enum Feedback {
-    /// Before the next cycle, always.
-    Instant,
-    /// Nowhere.
-    None,
-    /// Over a link.
-    Over(Box<Link>),
-}
-
 fn run_with<T: SimScalar, const NX: usize, const NU: usize, const NY: usize, const E: usize>(
     fitted: &Fitted<T, NX, NU, NY>,
     contender: &Contender,
@@ -153,18 +142,9 @@ fn run_with<T: SimScalar, const NX: usize, const NU: usize, const NY: usize, con
     controller.round_age(contender.rounds_age);
     let mut actuator = Actuator::<T, NU, LONGEST_SEQUENCE>::new(design.actuator, start);
     let mut plant = PlantRun::new(&fitted.plant, seed, run);
-    let mut sensor_link = Link::new(&contender.sensor_link, stream(seed, run, Purpose::SensorLink));
-    let mut actuator_link = Link::new(&contender.actuator_link, stream(seed, run, Purpose::ActuatorLink));
-    let mut feedback = match &contender.acknowledgement {
-        Acknowledgement::Instant => Feedback::Instant,
-        Acknowledgement::None => Feedback::None,
-        Acknowledgement::Delays(delays) => {
-            Feedback::Over(Box::new(Link::new(delays, stream(seed, run, Purpose::AcknowledgementLink))))
-        }
-    };
+    let mut network = Network::new(contender, seed, run);
     let scale = fitted.plant.scale();
     let mut frame = vec![0; frame_capacity::<T>(NU, NY)];
-    let mut acknowledged: Vec<Vec<u8>> = Vec::new();
     let mut result = RunResult { cost: 0.0, diverged: false, sent: 0, age_sum: 0, rejected: 0 };
 
     for cycle in 0..steps {
@@ -173,37 +153,25 @@ fn run_with<T: SimScalar, const NX: usize, const NU: usize, const NY: usize, con
             let output = plant.measure().map(T::nearest);
             let bytes = wire::encode_measurement(&Measurement { tick, output }, &mut frame)
                 .expect("the buffer holds every frame");
-            sensor_link.send(bytes)
+            network.send_measurement(bytes)
         });
         // Refusals are counted at the ends.
-        for packet in sensor_link.arrived().iter().chain(&acknowledged) {
-            let _ = controller.receive(packet);
+        for packet in network.to_controller() {
+            let _ = controller.receive(&packet);
         }
-        fitted.prepare(&mut controller, cycle);
+        fitted.prepare(&mut controller, cycle, network.channel_states());
         let sequence = controller.cycle(&mut frame).expect("the buffer holds every frame");
-        let control_frame = sequence.map(|bytes| actuator_link.send(bytes));
-        if control_frame.is_none() {
-            actuator_link.skip();
-        }
+        let control_frame = network.send_control(sequence);
         result.sent += usize::from(control_frame.is_some());
 
-        for packet in actuator_link.arrived() {
+        for packet in network.to_actuator() {
             let _ = actuator.receive(&packet);
         }
         let applied = actuator.step();
         let told = actuator.acknowledgement(contender.acknowledged_cycles).expect("it has played");
         let bytes =
             wire::encode_acknowledgement::<T>(&told, &mut frame).expect("the buffer holds every frame");
-        acknowledged = match &mut feedback {
-            Feedback::Instant => vec![bytes.to_vec()],
-            Feedback::None => Vec::new(),
-            Feedback::Over(link) => {
-                link.send(bytes);
-                let arrived = link.arrived();
-                link.next_cycle();
-                arrived
-            }
-        };
+        network.send_acknowledgement(bytes);
 
         let input = applied.input.map(|value| value.widen());
         let state = *plant.state();
@@ -222,8 +190,7 @@ fn run_with<T: SimScalar, const NX: usize, const NU: usize, const NY: usize, con
         plant.step(&input);
         let size = plant.state().norm();
         result.diverged |= size.is_nan() || size > DIVERGED * scale;
-        sensor_link.next_cycle();
-        actuator_link.next_cycle();
+        network.next_cycle();
     }
     result.cost += fitted.objective.terminal(steps, plant.state());
     result.rejected = u64::from(controller.counts().rejected_frames) + u64::from(actuator.rejected_frames());

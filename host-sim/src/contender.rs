@@ -4,10 +4,11 @@
 //! same algorithm on a network that loses and delays nothing, with sequences of one input designed for that network.
 
 use gain_gen::{
-    design::{Acknowledgement, DelayDistribution, Design},
+    design::{Acknowledgement, Design, Link, MarkovLink, Network},
+    report::ChannelDesigns,
     solve::{
-        Law, LoopProblem, Method, PreviewGains, PreviewTooLong, Solution, Tracked, TriggerTables,
-        finite_horizon, solve, tracking_task, trigger_tables,
+        ChannelLaw, Law, LoopProblem, Method, PreviewGains, PreviewTooLong, Solution, TooManyModes, Tracked,
+        TriggerTables, finite_horizon, solve, tracking_task, trigger_tables,
     },
     stability::loses_sight,
 };
@@ -24,6 +25,8 @@ pub enum Kind {
     SlqgAlways,
     /// The same, but it takes the reference of the moment for all that is to come.
     SlqgNoPreview,
+    /// The same, told the state of the channel to the actuator one cycle late, with gains for each of its states.
+    SlqgChannel,
     /// Sequence-based LQG with the time-varying law of a task that ends with the run.
     SlqgTask,
     /// The same as the first, without any acknowledgement. Thesis 3.6.2, THEORY 8.
@@ -36,10 +39,11 @@ pub enum Kind {
 
 impl Kind {
     /// Every controller there is.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 8] = [
         Self::Slqg,
         Self::SlqgAlways,
         Self::SlqgNoPreview,
+        Self::SlqgChannel,
         Self::SlqgTask,
         Self::SlqgUdp,
         Self::SlqgUdpRounded,
@@ -52,6 +56,7 @@ impl Kind {
             Self::Slqg => "slqg",
             Self::SlqgAlways => "slqg-always",
             Self::SlqgNoPreview => "slqg-no-preview",
+            Self::SlqgChannel => "slqg-channel",
             Self::SlqgTask => "slqg-task",
             Self::SlqgUdp => "slqg-udp",
             Self::SlqgUdpRounded => "slqg-udp-rounded",
@@ -90,8 +95,10 @@ pub enum Foresight {
 pub struct Contender {
     /// Which controller.
     pub kind: Kind,
-    /// Its control law: one, or for a task one for each cycle.
+    /// Its control law: one, for a task one for each cycle, or one for each state of the channel.
     pub laws: Vec<Law>,
+    /// The law that knows the channel, of which `laws` are the parts; `None` for others.
+    pub channel: Option<ChannelLaw>,
     /// For a task that follows a reference: `Uff` of each cycle, `N nu`.
     pub feedforward: Vec<DVector<f64>>,
     /// What it makes of a reference, with one law.
@@ -104,14 +111,18 @@ pub struct Contender {
     pub send_cost: Option<f64>,
     /// The reference from cycle 0 on, as far as it is looked ahead; empty where none is followed.
     pub reference: Vec<DVector<f64>>,
-    /// Delay of its link to the actuator.
-    pub actuator_link: DelayDistribution,
-    /// Delay of its link from the sensor.
-    pub sensor_link: DelayDistribution,
+    /// Probability that a sequence arrives in the cycle it is sent in, as its estimator believes.
+    pub arrives_at_once: f64,
+    /// Its link to the actuator.
+    pub actuator_link: Link,
+    /// Its link from the sensor.
+    pub sensor_link: Link,
     /// Most cycles a measurement may be late and still count.
     pub measurement_buffer: usize,
     /// What becomes of the acknowledgements.
     pub acknowledgement: Acknowledgement,
+    /// Most cycles ago that an acknowledgement may tell of and still count.
+    pub acknowledgement_buffer: usize,
     /// Cycles that each of them tells.
     pub acknowledged_cycles: usize,
     /// What its estimator keeps apart.
@@ -143,6 +154,28 @@ pub enum ContenderError {
         /// The table it is about.
         table: &'static str,
     },
+    /// There is no channel to know.
+    #[error(
+        "`slqg-channel` needs a link controller_to_actuator given as gilbert_elliott or markov: on others packets are \
+         independent, and `slqg` is optimal"
+    )]
+    NoChannel,
+    /// The channel's designs do not go with something else the design asks for.
+    #[error("`slqg-channel` cannot go with {with}: {reason}; leave it out, or simulate `slqg`")]
+    ChannelAlone {
+        /// The key.
+        with: &'static str,
+        /// Why.
+        reason: &'static str,
+    },
+    /// The channel is too rich.
+    #[error("`{controller}`: {error}")]
+    TooManyModes {
+        /// The controller.
+        controller: &'static str,
+        /// What there is too much of.
+        error: TooManyModes,
+    },
     /// A task cannot decide whether to send.
     #[error(
         "`slqg-task` cannot be event-triggered: what sending is worth is known for a loop that goes on; leave [event] out, or simulate `slqg`"
@@ -160,13 +193,13 @@ impl Contender {
         makes_sense(kind, design)?;
         let mut problem = LoopProblem::of(design);
         let network = &design.network;
-        let (sensor_link, measurement_buffer) = if kind == Kind::Lqg {
-            let perfect = DelayDistribution::new(vec![1.0]).expect("certain arrival is a distribution");
-            problem.link = perfect.clone();
+        let (actuator_link, sensor_link, measurement_buffer) = if kind == Kind::Lqg {
+            problem.link = Link::perfect().delays;
             problem.length = 1;
-            (perfect, 0)
+            (Link::perfect(), Link::perfect(), 0)
         } else {
-            (network.sensor_to_controller.clone(), design.controller.measurement_buffer)
+            let buffer = design.controller.measurement_buffer;
+            (network.controller_to_actuator.clone(), network.sensor_to_controller.clone(), buffer)
         };
         let acknowledgement = match kind {
             Kind::Lqg => Acknowledgement::Instant,
@@ -176,11 +209,12 @@ impl Contender {
         let merging = match acknowledgement {
             // Every age is known: there is nothing to keep apart.
             Acknowledgement::Instant => Merging::Single,
-            Acknowledgement::None | Acknowledgement::Delays(_) => design.controller.estimator,
+            Acknowledgement::None | Acknowledgement::Over(_) => design.controller.estimator,
         };
         let mut contender = Self {
             kind,
             laws: Vec::new(),
+            channel: None,
             feedforward: Vec::new(),
             preview: None,
             foresight: if kind == Kind::SlqgNoPreview { Foresight::None } else { Foresight::Preview },
@@ -190,9 +224,11 @@ impl Contender {
                 .as_ref()
                 .map(|event| if kind == Kind::Lqg { 0.0 } else { event.send_cost }),
             reference: Vec::new(),
-            actuator_link: problem.link.clone(),
+            arrives_at_once: actuator_link.delays.arrival(0),
+            actuator_link,
             sensor_link,
             measurement_buffer,
+            acknowledgement_buffer: acknowledgement.reach(network.acknowledged_cycles),
             acknowledgement,
             acknowledged_cycles: network.acknowledged_cycles,
             merging,
@@ -202,14 +238,25 @@ impl Contender {
             contender.make_task(&problem, design, steps)?;
             return Ok(contender);
         }
+        if kind == Kind::SlqgChannel {
+            contender.know_channel(&problem, design)?;
+            return Ok(contender);
+        }
         let solution = solve(&problem, Method::InFlight);
-        let blind = loses_sight(&design.plant, &contender.sensor_link, measurement_buffer);
+        let blind = loses_sight(&design.plant, &contender.sensor_link.delays, measurement_buffer);
         if !solution.is_stabilising() || blind {
             return Err(ContenderError::Unstable { controller });
         }
         contender.make_steady(&problem, design, &solution, steps)?;
         contender.laws = vec![solution.law];
         Ok(contender)
+    }
+
+    /// Puts the controller on another network than it was designed for: it takes no notice.
+    pub fn put_on(&mut self, network: &Network) {
+        self.actuator_link = network.controller_to_actuator.clone();
+        self.sensor_link = network.sensor_to_controller.clone();
+        self.acknowledgement = network.acknowledgement.clone();
     }
 
     fn make_task(
@@ -226,6 +273,26 @@ impl Contender {
         self.laws = task.laws;
         self.feedforward = task.tracked.map(|tracked| tracked.feedforward).unwrap_or_default();
         Ok(())
+    }
+
+    fn know_channel(&mut self, problem: &LoopProblem, design: &Design) -> Result<(), ContenderError> {
+        let controller = self.kind.name();
+        let designs = ChannelDesigns::of(design, problem)
+            .ok_or(ContenderError::NoChannel)?
+            .map_err(|error| ContenderError::TooManyModes { controller, error })?;
+        let law = designs.law.ok_or(ContenderError::Unstable { controller })?;
+        if loses_sight(&design.plant, &self.sensor_link.delays, self.measurement_buffer) {
+            return Err(ContenderError::Unstable { controller });
+        }
+        self.laws = (0..law.channel_states()).map(|state| law.at(&[state])).collect();
+        self.channel = Some(law);
+        Ok(())
+    }
+
+    /// The state in which the channel to the actuator is most of the time; 0 without one.
+    pub fn usual_channel_state(&self) -> usize {
+        let shares = self.actuator_link.channel().map_or(&[] as &[f64], MarkovLink::shares);
+        (0..shares.len()).max_by(|&a, &b| shares[a].total_cmp(&shares[b])).unwrap_or(0)
     }
 
     fn make_steady(
@@ -264,6 +331,18 @@ fn makes_sense(kind: Kind, design: &Design) -> Result<(), ContenderError> {
             Err(ContenderError::Pointless { controller, table: "[tracking]" })
         }
         Kind::SlqgTask if design.event.is_some() => Err(ContenderError::TriggeredTask),
+        Kind::SlqgChannel => {
+            let (with, reason) = if design.event.is_some() {
+                ("[event]", "what sending is worth is known for independent packets")
+            } else if design.tracking.is_some() {
+                ("[tracking]", "preview gains are known for independent packets")
+            } else if design.network.acknowledgement != Acknowledgement::Instant {
+                ("network.acknowledgement", "its gains are for ages known one cycle late")
+            } else {
+                return Ok(());
+            };
+            Err(ContenderError::ChannelAlone { with, reason })
+        }
         _ => Ok(()),
     }
 }

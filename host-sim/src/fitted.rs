@@ -45,6 +45,22 @@ struct LawTables<T> {
     m: Vec<T>,
 }
 
+/// Which law is in force in a cycle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Schedule {
+    /// The only one.
+    Constant,
+    /// The cycle's own.
+    Cycle,
+    /// That of the channel's state in the cycle before, with arrival probabilities for its states in those before that.
+    Channel {
+        /// States of the channel.
+        states: usize,
+        /// Taken for a cycle of which nothing is known.
+        usual: usize,
+    },
+}
+
 /// Preview gains, by rows.
 #[derive(Debug, Clone)]
 struct PreviewTables<T> {
@@ -67,11 +83,13 @@ struct EventTables<T> {
 pub struct Fitted<T: Scalar, const NX: usize, const NU: usize, const NY: usize> {
     length: usize,
     default_input: DefaultInput,
-    /// One, or one for each cycle.
+    schedule: Schedule,
+    /// One, one for each cycle, or one for each state of the channel.
     laws: Vec<LawTables<T>>,
     /// With one law for each cycle, `Uff` for each: `N` inputs. Empty where no reference is followed.
     feedforward: Vec<Vec<SVector<T, NU>>>,
-    arrival: Vec<T>,
+    /// One table, or one for all states of the channel in as many cycles as packets count.
+    arrivals: Vec<Vec<T>>,
     preview: Option<PreviewTables<T>>,
     trigger: Option<EventTables<T>>,
     /// `z_k` from cycle 0 on, beyond the end as far as it is looked ahead. Empty where no reference is followed.
@@ -131,6 +149,14 @@ impl<T: SimScalar, const NX: usize, const NU: usize, const NY: usize> Fitted<T, 
         };
         let input =
             |block: &[f64]| SVector::from_fn(|row, _| T::nearest(block.get(row).copied().unwrap_or(0.0)));
+        let (schedule, arrivals) = match &contender.channel {
+            Some(law) => {
+                let (states, usual) = (law.channel_states(), contender.usual_channel_state());
+                (Schedule::Channel { states, usual }, law.arrival_tables())
+            }
+            None if contender.laws.len() > 1 => (Schedule::Cycle, vec![first.arrival.clone()]),
+            None => (Schedule::Constant, vec![first.arrival.clone()]),
+        };
         Self {
             length: first.length,
             default_input: first.default_input,
@@ -140,7 +166,8 @@ impl<T: SimScalar, const NX: usize, const NU: usize, const NY: usize> Fitted<T, 
                 .iter()
                 .map(|cycle| cycle.as_slice().chunks(inputs).map(input).collect())
                 .collect(),
-            arrival: first.arrival.iter().map(|&value| T::nearest(value)).collect(),
+            schedule,
+            arrivals: arrivals.iter().map(|table| table.iter().map(|&p| T::nearest(p)).collect()).collect(),
             preview: contender.preview.as_ref().map(|gains| preview_tables::<T, NX, NU>(gains, inputs)),
             trigger: contender
                 .trigger
@@ -151,19 +178,17 @@ impl<T: SimScalar, const NX: usize, const NU: usize, const NY: usize> Fitted<T, 
             model: model(design),
             actuator: actuator(design, first.default_input),
             measurement_buffer: contender.measurement_buffer,
-            acknowledgement_buffer: contender
-                .acknowledgement
-                .reach(contender.acknowledged_cycles)
-                .min(MEMORY - 1),
-            arrives_at_once: T::nearest(contender.actuator_link.arrival(0)),
+            acknowledgement_buffer: contender.acknowledgement_buffer.min(MEMORY - 1),
+            arrives_at_once: T::nearest(contender.arrives_at_once),
             merging: contender.merging,
             plant: TruePlant::new(&design.plant),
             objective: Objective::new(design, &contender.reference),
         }
     }
 
-    fn gains<'f>(&'f self, law: &'f LawTables<T>) -> Result<Gains<'f, T, NX, NU>, InvalidGains> {
-        let tables = Tables { lx: &law.lx, m: &law.m, arrival: &self.arrival };
+    fn gains(&self, law: usize, arrival: usize) -> Result<Gains<'_, T, NX, NU>, InvalidGains> {
+        let LawTables { lx, m } = &self.laws[law];
+        let tables = Tables { lx, m, arrival: &self.arrivals[arrival] };
         T::check_gains(self.length, self.default_input, tables)
     }
 
@@ -172,8 +197,11 @@ impl<T: SimScalar, const NX: usize, const NU: usize, const NY: usize> Fitted<T, 
     /// # Errors
     /// If a number does not fit the scalar.
     pub fn design(&self) -> Result<controller::Design<'_, T, NX, NU, NY>, Unfit> {
-        for law in &self.laws[1..] {
-            self.gains(law)?;
+        for law in 1..self.laws.len() {
+            self.gains(law, 0)?;
+        }
+        for arrival in 1..self.arrivals.len() {
+            self.gains(0, arrival)?;
         }
         let (length, default_input) = (self.length, self.default_input);
         let preview = self.preview.as_ref().map(|gains| {
@@ -186,7 +214,7 @@ impl<T: SimScalar, const NX: usize, const NU: usize, const NY: usize> Fitted<T, 
             T::check_trigger(length, default_input, *send_cost, tables)
         });
         Ok(controller::Design {
-            gains: self.gains(&self.laws[0])?,
+            gains: self.gains(0, 0)?,
             model: &self.model,
             actuator: self.actuator,
             measurement_buffer: self.measurement_buffer,
@@ -198,7 +226,8 @@ impl<T: SimScalar, const NX: usize, const NU: usize, const NY: usize> Fitted<T, 
         })
     }
 
-    /// Hands the controller what it is told before cycle `cycle`: the law of a task, or the reference.
+    /// Hands the controller what it is told before cycle `cycle`: the law of a task or of a channel, or the reference.
+    /// `channel`: states of the channel in the cycles before, the newest first.
     ///
     /// # Panics
     /// If [`Fitted::design`] refuses the tables.
@@ -206,9 +235,21 @@ impl<T: SimScalar, const NX: usize, const NU: usize, const NY: usize> Fitted<T, 
         &'f self,
         controller: &mut Controller<'f, T, NX, NU, NY, N, H, E>,
         cycle: usize,
+        channel: impl Iterator<Item = usize>,
     ) {
-        if let Some(law) = self.laws.get(cycle).filter(|_| self.laws.len() > 1) {
-            let gains = self.gains(law).expect("checked with the design");
+        let law = match self.schedule {
+            Schedule::Constant => None,
+            Schedule::Cycle => (cycle < self.laws.len()).then_some((cycle, 0)),
+            Schedule::Channel { states, usual } => {
+                let mut known = channel.chain(std::iter::repeat(usual)).take(self.length.max(2) - 1);
+                let newest = known.next().unwrap_or(usual);
+                let place = |before: usize, (state, weight)| before + state * weight;
+                let weights = std::iter::successors(Some(states), |weight| Some(weight * states));
+                Some((newest, known.zip(weights).fold(newest, place)))
+            }
+        };
+        if let Some((law, arrival)) = law {
+            let gains = self.gains(law, arrival).expect("checked with the design");
             controller.set_gains(gains).expect("laws of one length");
         }
         if let Some(inputs) = self.feedforward.get(cycle) {

@@ -5,12 +5,12 @@
 //!
 //! | room | what lives there |
 //! |---|---|
-//! | [`link`] | packets under way: delays, losses, delivery |
 //! | [`plant`] | the true plant with its noise |
 //! | [`contender`] | a controller to simulate: its gains and the network it gets |
 //! | [`size_class`] | from matrices of any size to the core's static types, in one place |
 //! | [`fitted`] | a controller's constant data padded to its size class |
 //! | [`objective`] | what a run costs |
+//! | [`network`] | the links of a run in use |
 //! | [`closed_loop`] | one run: plant, links and the two ends, cycle by cycle |
 //! | [`monte_carlo`] | many runs in parallel, and what they say together |
 //! | [`identify`] | options of the command that reads logs of a link |
@@ -22,8 +22,8 @@ pub mod closed_loop;
 pub mod contender;
 pub mod fitted;
 pub mod identify;
-pub mod link;
 pub mod monte_carlo;
+pub mod network;
 pub mod objective;
 pub mod output;
 pub mod plant;

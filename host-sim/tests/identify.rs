@@ -125,14 +125,15 @@ fn the_fragment_goes_into_a_design_file() {
     let delays = found["delays"].as_array().expect("delays");
     let delays: Vec<f64> =
         delays.iter().map(|share| share["probability"].as_f64().expect("a number")).collect();
-    let read = network.controller_to_actuator.probabilities();
+    let read = network.controller_to_actuator.delays.probabilities();
     assert!(
         read.len() == delays.len()
             && read.iter().zip(&delays).all(|(read, given)| (read - given).abs() < 1e-15)
     );
     assert_eq!(network.sensor_to_controller, network.controller_to_actuator);
     assert!(
-        (network.controller_to_actuator.loss() - found["loss"]["probability"].as_f64().expect("loss")).abs()
+        (network.controller_to_actuator.delays.loss() - found["loss"]["probability"].as_f64().expect("loss"))
+            .abs()
             < 1e-12
     );
 }

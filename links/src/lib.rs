@@ -6,9 +6,17 @@
 //! | room | what lives there |
 //! |---|---|
 //! | [`delay`] | a distribution of delays in whole cycles, with losses |
+//! | [`markov`] | a channel that comes and goes: bursts of losses and delays |
+//! | [`recording`] | what became of the packets of a log, to be met again |
+//! | [`link`] | any of these between two nodes, and what a single packet meets on it |
+//! | [`path`] | packets under way on a link, cycle by cycle |
 //! | [`can`] | a CAN bus with other traffic and errors on it, event by event in bit times |
 //! | [`identify`] | from logs of a real link to its delay distribution, with what speaks against it |
 
 pub mod can;
 pub mod delay;
 pub mod identify;
+pub mod link;
+pub mod markov;
+pub mod path;
+pub mod recording;

@@ -1,6 +1,6 @@
 //! What acknowledgements are worth: the double integrator on both networks, from instant ones to none.
 
-use gain_gen::design::{Acknowledgement, DelayDistribution, Design};
+use gain_gen::design::{Acknowledgement, DelayDistribution, Design, Link};
 use host_sim::{
     contender::{Contender, Kind},
     monte_carlo::{Outcome, Plan, Simulate, mean, standard_error},
@@ -16,7 +16,9 @@ const PLAN: Plan = Plan { runs: 1000, steps: 200, seed: 1 };
 const LENGTHS: std::ops::RangeInclusive<usize> = 1..=6;
 
 fn over(probabilities: &[f64]) -> Acknowledgement {
-    Acknowledgement::Delays(DelayDistribution::new(probabilities.to_vec()).expect("a distribution"))
+    Acknowledgement::Over(Link::independent(
+        DelayDistribution::new(probabilities.to_vec()).expect("a distribution"),
+    ))
 }
 
 fn design(text: &str, length: usize) -> Design {
@@ -60,7 +62,7 @@ fn assert_shown(lines: &[String]) {
 }
 
 fn qualities(design: &Design) -> [(&'static str, Acknowledgement); 6] {
-    let data = Acknowledgement::Delays(design.network.controller_to_actuator.clone());
+    let data = Acknowledgement::Over(design.network.controller_to_actuator.clone());
     [
         ("instant", Acknowledgement::Instant),
         ("10 % lost", over(&[0.9])),

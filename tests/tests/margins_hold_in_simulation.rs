@@ -3,7 +3,7 @@
 //! The controller keeps the law it was designed with; its link or its plant is another.
 
 use gain_gen::{
-    design::{DelayDistribution, Design},
+    design::{Design, Link},
     margins::{Margins, delayed, margins, thinned},
     solve::{LoopProblem, Method, Solution, mean_square_rate, solve},
 };
@@ -24,7 +24,7 @@ const BESIDE: f64 = 1e-6;
 fn design() -> Design {
     let mut design = Design::parse(CRITICAL, "critical.toml").expect("a design");
     design.controller.sequence_length = 3;
-    design.network.sensor_to_controller = DelayDistribution::new(vec![1.0]).expect("a distribution");
+    design.network.sensor_to_controller = Link::perfect();
     design
 }
 
@@ -51,8 +51,12 @@ fn growth(change: Change) -> f64 {
     let mut design = design();
     let mut contender = Contender::new(Kind::Slqg, &design, STEPS).expect("a stabilised loop");
     match change {
-        Change::Loss(fraction) => contender.actuator_link = thinned(&contender.actuator_link, fraction),
-        Change::Delay(steps) => contender.actuator_link = delayed(&contender.actuator_link, steps),
+        Change::Loss(fraction) => {
+            contender.actuator_link = Link::independent(thinned(&contender.actuator_link.delays, fraction))
+        }
+        Change::Delay(steps) => {
+            contender.actuator_link = Link::independent(delayed(&contender.actuator_link.delays, steps))
+        }
         Change::InputGain(factor) => design.plant.b *= factor,
     }
     let cost = |steps| {

@@ -1,7 +1,7 @@
 //! The simulated loop costs what the recursion says: tr(P W) per step with the state measured.
 
 use gain_gen::{
-    design::{DelayDistribution, Design},
+    design::{DelayDistribution, Design, Link},
     solve::{LoopProblem, Method, solve},
 };
 use host_sim::{
@@ -44,7 +44,7 @@ fn meets_closed_form(design: &Design) {
 #[test]
 fn critical_plant_with_its_state_measured_costs_tr_pw_a_step() {
     let mut design = Design::parse(CRITICAL, "critical.toml").expect("a design");
-    design.network.sensor_to_controller = DelayDistribution::new(vec![1.0]).expect("a distribution");
+    design.network.sensor_to_controller = Link::perfect();
     assert_eq!(design.controller.sequence_length, 4);
     meets_closed_form(&design);
 }
@@ -52,9 +52,9 @@ fn critical_plant_with_its_state_measured_costs_tr_pw_a_step() {
 #[test]
 fn critical_plant_with_hold_input_costs_tr_pw_a_step() {
     let mut design = Design::parse(CRITICAL, "critical.toml").expect("a design");
-    design.network.sensor_to_controller = DelayDistribution::new(vec![1.0]).expect("a distribution");
+    design.network.sensor_to_controller = Link::perfect();
     design.network.controller_to_actuator =
-        DelayDistribution::new(vec![0.25, 0.25, 0.2, 0.1]).expect("a distribution");
+        Link::independent(DelayDistribution::new(vec![0.25, 0.25, 0.2, 0.1]).expect("a distribution"));
     design.controller.default_input = slqg::DefaultInput::Hold;
     meets_closed_form(&design);
 }

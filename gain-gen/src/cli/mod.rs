@@ -13,7 +13,7 @@ use gain_gen::design::{Design, DesignError};
 use gain_gen::emit::{self, EmitError, Format, Output, WriteError};
 use gain_gen::lengths::Lengths;
 use gain_gen::report::{NoTask, NotStabilised, Report};
-use gain_gen::solve::{Method, PreviewTooLong};
+use gain_gen::solve::{Method, PreviewTooLong, TooManyModes};
 use gain_gen::sweep::Sweep;
 use options::{Cli, Command, FormatName, Source, SweptInputName};
 use slqg::DefaultInput;
@@ -34,6 +34,8 @@ enum Failure {
     NotCertified(#[from] NotCertified),
     #[error(transparent)]
     NoTask(#[from] NoTask),
+    #[error("--method coupled: {0}")]
+    TooManyModes(#[from] TooManyModes),
     #[error(transparent)]
     Preview(#[from] PreviewTooLong),
     #[error(transparent)]
@@ -48,6 +50,7 @@ impl Failure {
             Self::NotStabilised(_) | Self::NotCertified(_) | Self::Emit(EmitError::NotStabilised(_)) => 3,
             Self::Design(_)
             | Self::NoTask(_)
+            | Self::TooManyModes(_)
             | Self::Preview(_)
             | Self::Emit(_)
             | Self::Write(_)
@@ -89,6 +92,9 @@ fn report(source: &Source, method: Method, json: bool, additions: &Additions) ->
         Some(cycles) => report.find_task(cycles)?,
         // A task follows its reference without preview gains.
         None => report.require_preview()?,
+    }
+    if method == Method::Coupled {
+        report.find_channel()?;
     }
     if additions.margins {
         report.find_margins();

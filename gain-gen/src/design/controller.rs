@@ -1,7 +1,7 @@
 //! `[controller]`: what is free to choose in the controller. Gains are not part of a design; they follow from it.
 
+use super::DesignError;
 use super::document::{Field, Section, counted};
-use super::{DelayDistribution, DesignError};
 use crate::lengths::LengthChoice;
 use slqg::DefaultInput;
 use slqg::estimator::Merging;
@@ -43,13 +43,13 @@ pub enum DeviceScalar {
 }
 
 impl ControllerSettings {
-    /// `inputs`: nu of the plant. `measurements`: the link whose largest delay sets the buffer if none is given.
+    /// `inputs`: nu of the plant. `latest_measurement`: largest delay of a measurement in steps; it sets the buffer if none is given.
     ///
     /// Also returns the tolerance with which the sequence length is to be chosen, if it is "auto"; until then it is 1.
     pub(super) fn read(
         root: &Section<'_>,
         inputs: usize,
-        measurements: &DelayDistribution,
+        latest_measurement: usize,
     ) -> Result<(Self, Option<f64>), DesignError> {
         let controller = root.required("controller", "a table with the key sequence_length")?.section(&[
             "sequence_length",
@@ -67,7 +67,7 @@ impl ControllerSettings {
         };
         let buffer = "a whole number of steps from 0 to 1000";
         let measurement_buffer = match controller.optional("measurement_buffer", buffer) {
-            None => measurements.largest_delay(),
+            None => latest_measurement,
             Some(field) => field.whole_number(0..=LONGEST_BUFFER)?,
         };
         let estimator = match controller.optional("estimator", "\"single\", \"imm\" or \"gpb2\"") {

@@ -169,6 +169,19 @@ impl<'d> Field<'d> {
         entries.map(|(at, entry)| self.finite(entry, || format!("entry {}", at + 1))).collect()
     }
 
+    /// A list of texts, at least one. Errors: anything else, on the line of the first wrong entry.
+    pub(super) fn texts(&self) -> Result<Vec<&'d str>, DesignError> {
+        let entries = self.value.as_array().filter(|entries| !entries.is_empty());
+        let entries = entries.ok_or_else(|| self.unexpected())?;
+        entries.iter().map(|entry| self.entry(entry).text()).collect()
+    }
+
+    /// A list of lists of finite numbers, each of any length. Errors: anything else, on the line of the first wrong entry.
+    pub(super) fn lists(&self) -> Result<Vec<Vec<f64>>, DesignError> {
+        let entries = self.value.as_array().ok_or_else(|| self.unexpected())?;
+        entries.iter().map(|entry| self.entry(entry).numbers()).collect()
+    }
+
     /// A matrix, given as a list of rows of equal, nonzero length. Errors: anything else, on the line of the
     /// first wrong row or entry.
     pub(super) fn matrix(&self) -> Result<DMatrix<f64>, DesignError> {

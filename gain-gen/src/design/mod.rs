@@ -4,7 +4,7 @@
 //! definite, and the plant can be stabilised and observed. Whether it can be stabilised *over this network* is
 //! a result of the synthesis, not a property of the file.
 //!
-//! One file per table (`plant`, `cost`, `network`, `controller`, `tracking` with its `reference` and `set_point`,
+//! One file per table (`plant`, `cost`, `network` with its `link`, `controller`, `tracking` with its `reference` and `set_point`,
 //! `event`), the ideas they share beside them: places in the file (`document`, `syntax`), definiteness (`symmetric`),
 //! unstable modes (`modes`), states that a constant input holds (`equilibrium`).
 
@@ -14,6 +14,7 @@ mod document;
 mod equilibrium;
 mod error;
 mod event;
+mod link;
 pub(crate) mod modes;
 mod network;
 mod plant;
@@ -31,7 +32,11 @@ pub use network::{Acknowledgement, Network};
 pub use plant::Plant;
 pub use reference::{Interpolation, Reference};
 pub use set_point::SetPoint;
-pub use slqg_links::delay::{DelayDistribution, DistributionError};
+pub use slqg_links::{
+    delay::{DelayDistribution, DistributionError},
+    link::{Behaviour, Link},
+    markov::MarkovLink,
+};
 pub use tracking::{Goal, Preview, Tracking, Trajectory};
 
 use document::{Document, Section};
@@ -97,9 +102,9 @@ impl Design {
         let tracked = outputs.as_ref().map(|outputs| &outputs.z);
         let (cost, weights) = Cost::read(&root, &plant, &unstable, tracked)?;
         let tracking = outputs.map(|outputs| outputs.finish(&plant, weights, &cost.r)).transpose()?;
-        let network = Network::read(&root)?;
+        let network = Network::read(&root, origin, plant.sample_time)?;
         let (controller, tolerance) =
-            ControllerSettings::read(&root, plant.inputs(), &network.sensor_to_controller)?;
+            ControllerSettings::read(&root, plant.inputs(), network.sensor_to_controller.largest_delay())?;
         let event = Event::read(&root)?;
         let mut design =
             Design { name: name.text()?.into(), plant, cost, network, controller, tracking, event };

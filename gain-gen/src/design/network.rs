@@ -1,19 +1,18 @@
-//! `[network]`: the links between the nodes. The distributions themselves are in `distribution`.
+//! `[network]`: the links between the nodes. How one is given is in `link`.
 
-use super::document::{Field, Section};
-use super::{DelayDistribution, DesignError};
+use super::DesignError;
+use super::document::Section;
+use super::link::{self, Surroundings};
 use slqg::wire::MOST_AGES;
-
-/// Most entries of a list of delays; a longer one is a mistake, not a link.
-const MOST_DELAYS: usize = 1000;
+use slqg_links::link::Link;
 
 /// The links of the loop, as measured.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Network {
     /// From the controller node to the actuator node: carries control sequences.
-    pub controller_to_actuator: DelayDistribution,
+    pub controller_to_actuator: Link,
     /// From the sensor to the controller node: carries measurements.
-    pub sensor_to_controller: DelayDistribution,
+    pub sensor_to_controller: Link,
     /// From the actuator node back to the controller node.
     pub acknowledgement: Acknowledgement,
     /// Of how many of its last cycles each acknowledgement tells, 1 to 8: a later one makes good an earlier loss.
@@ -29,7 +28,7 @@ pub enum Acknowledgement {
     /// Never: the thesis' UDP-like network.
     None,
     /// Over a link of its own. Delay 0 is what [`Acknowledgement::Instant`] guarantees: there before the next cycle.
-    Delays(DelayDistribution),
+    Over(Link),
 }
 
 impl Acknowledgement {
@@ -38,13 +37,19 @@ impl Acknowledgement {
     pub fn reach(&self, cycles: usize) -> usize {
         match self {
             Self::Instant | Self::None => 1,
-            Self::Delays(delays) => delays.largest_delay() + cycles,
+            Self::Over(link) => link.largest_delay() + cycles,
         }
     }
 }
 
+/// Kinds of frames, as docs/wire-format.md numbers them.
+const MEASUREMENT: u8 = 1;
+const CONTROL: u8 = 2;
+const ACKNOWLEDGEMENT: u8 = 3;
+
 impl Network {
-    pub(super) fn read(root: &Section<'_>) -> Result<Self, DesignError> {
+    /// `origin`: the design file, beside which traces are looked for. `sample_time` in seconds.
+    pub(super) fn read(root: &Section<'_>, origin: &str, sample_time: f64) -> Result<Self, DesignError> {
         let table = "a table with the links controller_to_actuator and sensor_to_controller";
         let network = root.required("network", table)?.section(&[
             "controller_to_actuator",
@@ -52,16 +57,21 @@ impl Network {
             "acknowledgement",
             "acknowledged_cycles",
         ])?;
-        let link = "a link: { delays = [P(delay = 0), P(delay = 1), ..] }, in steps";
-        let controller_to_actuator = distribution(&network.required("controller_to_actuator", link)?)?;
-        let sensor_to_controller = distribution(&network.required("sensor_to_controller", link)?)?;
-        let acknowledgement = acknowledgement(&network)?;
+        let carrying = |kind| Surroundings { sample_time, origin, kind };
+        let meaning = "a link: { delays = [P(delay = 0), P(delay = 1), ..] } in steps, or one of gilbert_elliott, markov, trace";
+        let one = |name, kind| link::read(&network.required(name, meaning)?, &carrying(kind));
+        let controller_to_actuator = one("controller_to_actuator", CONTROL)?;
+        let sensor_to_controller = one("sensor_to_controller", MEASUREMENT)?;
+        let acknowledgement = acknowledgement(&network, &carrying(ACKNOWLEDGEMENT))?;
         let acknowledged_cycles = acknowledged_cycles(&network, &acknowledgement)?;
         Ok(Network { controller_to_actuator, sensor_to_controller, acknowledgement, acknowledged_cycles })
     }
 }
 
-fn acknowledgement(network: &Section<'_>) -> Result<Acknowledgement, DesignError> {
+fn acknowledgement(
+    network: &Section<'_>,
+    surroundings: &Surroundings<'_>,
+) -> Result<Acknowledgement, DesignError> {
     let meaning = "\"instant\", \"none\" or { delays = [..] }";
     Ok(match network.optional("acknowledgement", meaning) {
         None => Acknowledgement::Instant,
@@ -69,7 +79,7 @@ fn acknowledgement(network: &Section<'_>) -> Result<Acknowledgement, DesignError
             true => Acknowledgement::Instant,
             false => Acknowledgement::None,
         },
-        Some(field) => Acknowledgement::Delays(distribution(&field)?),
+        Some(field) => Acknowledgement::Over(link::read(&field, surroundings)?),
     })
 }
 
@@ -88,16 +98,4 @@ fn acknowledged_cycles(
         return Err(field.reject_with(found, allowed.into()));
     }
     field.whole_number(1..=MOST_AGES)
-}
-
-fn distribution(link: &Field<'_>) -> Result<DelayDistribution, DesignError> {
-    let meaning = "the probabilities of delay 0, 1, .. steps, each within 0 and 1, with a sum of at most 1 \
-                   (what is missing to 1 is loss) and above 0";
-    let field = link.section(&["delays"])?.required("delays", meaning)?;
-    let probabilities = field.numbers()?;
-    if probabilities.len() > MOST_DELAYS {
-        let found = format!("found {} delays", probabilities.len());
-        return Err(field.reject_with(found, format!("give at most {MOST_DELAYS}; count the rest as loss")));
-    }
-    DelayDistribution::new(probabilities).map_err(|error| field.reject(error.to_string()))
 }

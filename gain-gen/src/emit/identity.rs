@@ -35,12 +35,12 @@ fn canonical(design: &Design) -> String {
         text.push_str(&format!("{key} {rows} {columns}"));
         line(&mut text, matrix.transpose().iter());
     }
-    link(&mut text, "controller_to_actuator", &network.controller_to_actuator);
-    link(&mut text, "sensor_to_controller", &network.sensor_to_controller);
+    link(&mut text, "controller_to_actuator", &network.controller_to_actuator.delays);
+    link(&mut text, "sensor_to_controller", &network.sensor_to_controller.delays);
     match &network.acknowledgement {
         Acknowledgement::Instant => text.push_str("acknowledgement instant\n"),
         Acknowledgement::None => text.push_str("acknowledgement none\n"),
-        Acknowledgement::Delays(delays) => link(&mut text, "acknowledgement", delays),
+        Acknowledgement::Over(over) => link(&mut text, "acknowledgement", &over.delays),
     }
     // Last, as it may hold anything.
     text + &format!("name {}\n", design.name)

@@ -77,7 +77,7 @@ impl Estimation {
     /// Bounds from above hold for instant acknowledgements only: without, the estimator does not know what was applied.
     /// The cost is that of gains without input limits.
     pub fn of(design: &Design, solution: &Solution) -> Self {
-        let (plant, link) = (&design.plant, &design.network.sensor_to_controller);
+        let (plant, link) = (&design.plant, &design.network.sensor_to_controller.delays);
         let buffer = design.controller.measurement_buffer;
         let arrival = link.arrival(buffer);
         let critical = critical_probability(&plant.a, &plant.c);

@@ -106,7 +106,7 @@ pub(super) fn failed(
             Some(FailedCondition::Undecided { iterations, rate, residual })
         }
     };
-    let (plant, link) = (&design.plant, &design.network.sensor_to_controller);
+    let (plant, link) = (&design.plant, &design.network.sensor_to_controller.delays);
     let buffer = design.controller.measurement_buffer;
     let estimation = stability::loses_sight(plant, link, buffer).then(|| FailedCondition::LosesSight {
         growth: stability::sight_growth(plant, link, buffer),

@@ -1,9 +1,10 @@
 //! What a design comes to: gains, the stability verdict and the figures behind it.
 //!
 //! [`Report`] holds them all; `text` and `json` only write them down, and so does [`crate::emit`].
-//! `condition` says which condition for stability fails, `task` what a task of finite length adds, `names` how things are
+//! `condition` says which condition for stability fails, `channel` what a link that comes and goes adds, `task` a task of finite length, `names` how things are
 //! called in files, `figure` how numbers are spelled for people.
 
+mod channel;
 mod condition;
 mod figure;
 mod json;
@@ -22,6 +23,7 @@ use crate::solve::{
 use crate::stability;
 use nalgebra::DMatrix;
 
+pub use channel::ChannelDesigns;
 pub use condition::{FailedCondition, NotStabilised};
 pub(crate) use figure::{counted, figure, grouped, percent};
 pub(crate) use json::{Document, line_per_field, rows, triangles};
@@ -83,6 +85,8 @@ pub struct Report {
     pub task: Option<FiniteHorizon>,
     /// Distances to instability; `None` before [`Report::find_margins`] and for a loop that is not stable.
     pub margins: Option<Margins>,
+    /// Designs for a link whose quality comes and goes; `None` before [`Report::find_channel`] and for other links.
+    pub channel: Option<ChannelDesigns>,
     /// Proof of stability; `None` before [`Report::certify`] and for a loop that is not stable.
     pub certificate: Option<Certificate>,
 }
@@ -109,7 +113,7 @@ impl Report {
             dry_growth: stability::dry_growth(&problem, problem.length),
             sight_growth: stability::sight_growth(
                 &design.plant,
-                &design.network.sensor_to_controller,
+                &design.network.sensor_to_controller.delays,
                 design.controller.measurement_buffer,
             ),
             estimation: Estimation::of(design, &solution),
@@ -120,6 +124,7 @@ impl Report {
             n_crit,
             task: None,
             margins: None,
+            channel: None,
             certificate: None,
         }
     }

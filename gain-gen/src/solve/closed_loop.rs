@@ -3,7 +3,7 @@
 //! Dense, and for any gains and any transitions of the age: what certificates and margins rest on.
 
 use super::{
-    LoopProblem, age_transitions,
+    LoopProblem, ModeChain,
     modes::{Mode, modes},
     spectral::{SPACES, spectral_radius},
 };
@@ -28,14 +28,14 @@ pub(super) fn expect<'p>(
 /// before, and several at once leave fewer directions: most are packets that fade within a sequence.
 const STRIDE: usize = 16;
 
-/// The loop with one gain per acknowledged age held: thesis (3.29) with `U = L(j) xi`.
+/// The loop with one gain per mode of the network: thesis (3.29) with `U = L(j) xi`.
 #[derive(Clone, Copy)]
 pub(crate) struct ClosedLoop<'a> {
-    /// The loop in every mode, `N + 1`.
+    /// The loop at every age, `N + 1`.
     pub(crate) modes: &'a [Mode],
-    /// `p(j, i)`, `(N+1) x (N+1)`.
-    pub(crate) transitions: &'a DMatrix<f64>,
-    /// `L(j)`, `(N nu) x n` each.
+    /// The modes that there are, and how they follow each other.
+    pub(crate) chain: &'a ModeChain,
+    /// `L(j)`, `(N nu) x n` each, one for each mode of the chain.
     pub(crate) gains: &'a [DMatrix<f64>],
 }
 
@@ -45,26 +45,41 @@ impl ClosedLoop<'_> {
         self.modes[0].a.nrows()
     }
 
-    /// Expected costs a step earlier: `sum_i p(j,i) (A(i)+B(i)L(j))^T X(i) (A(i)+B(i)L(j))` for `j = 0..=N`, the right
-    /// side of thesis (3.36). Symmetric `X(0), .., X(N)` one after the other, `n x n` each.
+    /// Expected costs a step earlier: `sum_i p(j,i) (A(i)+B(i)L(j))^T X(i) (A(i)+B(i)L(j))` for every mode `j`, the right
+    /// side of thesis (3.36). Symmetric `X(0), X(1), ..` one after the other, `n x n` each.
     ///
     /// Multiplied out, so that products of `n x n` matrices are taken once a mode and not once a pair of modes.
     pub(crate) fn apply(&self, from: &[f64], to: &mut [f64]) {
         let size = self.size();
         let costs = from.chunks_exact(size * size).map(|cost| DMatrix::from_column_slice(size, size, cost));
-        let parts: Vec<_> = self.modes.iter().zip(costs).map(|(mode, cost)| mode.backward(&cost)).collect();
+        let ages = self.chain.ages.iter();
+        let parts: Vec<_> = ages.zip(costs).map(|(&age, cost)| self.modes[age].backward(&cost)).collect();
+        let transitions = &self.chain.transitions;
         for ((mode, gain), out) in self.gains.iter().enumerate().zip(to.chunks_exact_mut(size * size)) {
-            let state = expect(self.transitions, mode, parts.iter().map(|part| &part.state));
-            let coupling = expect(self.transitions, mode, parts.iter().map(|part| &part.coupling));
-            let sequence = expect(self.transitions, mode, parts.iter().map(|part| &part.sequence));
+            let state = expect(transitions, mode, parts.iter().map(|part| &part.state));
+            let coupling = expect(transitions, mode, parts.iter().map(|part| &part.coupling));
+            let sequence = expect(transitions, mode, parts.iter().map(|part| &part.sequence));
             let half = state * 0.5 + (coupling + gain.tr_mul(&(sequence * 0.5))) * gain;
             out.copy_from_slice((&half + half.transpose()).as_slice());
         }
     }
 
+    /// Expected cost of one step from each mode: `sum_i p(j,i) (Q(i) + L(j)^T R(i) L(j))`, laid out as for
+    /// [`ClosedLoop::apply`].
+    pub(crate) fn stage(&self) -> Vec<f64> {
+        let of_ages = || self.chain.ages.iter().map(|&age| &self.modes[age]);
+        let stages = self.gains.iter().enumerate().flat_map(|(mode, gain)| {
+            let state = expect(&self.chain.transitions, mode, of_ages().map(|mode| &mode.q));
+            let sequence = expect(&self.chain.transitions, mode, of_ages().map(|mode| &mode.r));
+            let stage = state + gain.tr_mul(&(sequence * gain));
+            stage.as_slice().to_vec()
+        });
+        stages.collect()
+    }
+
     /// Spectral radius of [`ClosedLoop::apply`]: the mean-square rate, below 1 iff the loop is mean-square stable.
     pub(crate) fn rate(&self) -> f64 {
-        let one = DMatrix::<f64>::identity(self.size(), self.size()).as_slice().repeat(self.modes.len());
+        let one = DMatrix::<f64>::identity(self.size(), self.size()).as_slice().repeat(self.gains.len());
         spectral_radius(&one, [STRIDE; SPACES], |from, to| self.apply(from, to))
     }
 }
@@ -76,6 +91,6 @@ impl ClosedLoop<'_> {
 /// # Panics
 /// If the gains do not have the problem's dimensions.
 pub fn mean_square_rate(problem: &LoopProblem, gains: &[DMatrix<f64>]) -> f64 {
-    let transitions = age_transitions(&problem.link, problem.length);
-    ClosedLoop { modes: &modes(problem), transitions: &transitions, gains }.rate()
+    let chain = ModeChain::independent(&problem.link, problem.length);
+    ClosedLoop { modes: &modes(problem), chain: &chain, gains }.rate()
 }

@@ -4,7 +4,7 @@
 //! the in-flight recursion is checked against; it shares nothing with it but the rank-revealing solve.
 
 use super::{
-    LoopProblem, Solution, age_transitions,
+    LoopProblem, ModeChain, Solution,
     closed_loop::{ClosedLoop, expect},
     iterate::{Ending, Recursion, iterate},
     law::{Law, mode_weights},
@@ -16,11 +16,12 @@ use nalgebra::{DMatrix, DVector};
 use slqg::synthesis;
 
 pub(super) struct CoupledRecursion {
+    /// By age, `N + 1`.
     modes: Vec<Mode>,
-    /// Of the age, `(N+1) x (N+1)`; may be another one in each step.
-    pub(super) transitions: DMatrix<f64>,
+    /// What the controller knows of the network; its transitions may be others in each step.
+    pub(super) chain: ModeChain,
     states: usize,
-    /// `K(i)`, thesis (3.32).
+    /// `K(i)`, thesis (3.32), for each mode of the chain; the same for the next two.
     pub(super) cost_to_go: Vec<DMatrix<f64>>,
     /// `L(i)`, thesis (3.31).
     pub(super) gains: Vec<DMatrix<f64>>,
@@ -31,44 +32,55 @@ pub(super) struct CoupledRecursion {
 impl CoupledRecursion {
     /// `state_terminal`: cost of the state where the recursion starts, `nx x nx`.
     pub(super) fn new(problem: &LoopProblem, state_terminal: &DMatrix<f64>) -> Self {
+        Self::over(ModeChain::independent(&problem.link, problem.length), problem, state_terminal)
+    }
+
+    /// The same over any chain; the problem's link does not matter.
+    pub(super) fn over(chain: ModeChain, problem: &LoopProblem, state_terminal: &DMatrix<f64>) -> Self {
         let modes = modes(problem);
+        let count = chain.ages.len();
         let size = modes[0].a.nrows();
         let mut terminal = DMatrix::zeros(size, size);
         terminal.view_mut((0, 0), state_terminal.shape()).copy_from(state_terminal);
         Self {
-            transitions: age_transitions(&problem.link, problem.length),
             states: problem.a.nrows(),
-            cost_to_go: vec![terminal; modes.len()],
-            gains: modes.iter().map(|mode| DMatrix::zeros(mode.b.ncols(), size)).collect(),
+            cost_to_go: vec![terminal; count],
+            gains: vec![DMatrix::zeros(modes[0].b.ncols(), size); count],
             sequence_cost: Vec::new(),
+            chain,
             modes,
         }
     }
 
+    /// The loop's matrices in each mode of the chain.
+    fn in_modes(&self) -> impl Iterator<Item = &Mode> {
+        self.chain.ages.iter().map(|&age| &self.modes[age])
+    }
+
     fn closed_loop(&self) -> ClosedLoop<'_> {
-        ClosedLoop { modes: &self.modes, transitions: &self.transitions, gains: &self.gains }
+        ClosedLoop { modes: &self.modes, chain: &self.chain, gains: &self.gains }
     }
 }
 
 impl Recursion for CoupledRecursion {
     fn step(&mut self) -> f64 {
         let parts: Vec<_> =
-            self.modes.iter().zip(&self.cost_to_go).map(|(mode, cost)| mode.backward(cost)).collect();
+            self.in_modes().zip(&self.cost_to_go).map(|(mode, cost)| mode.backward(cost)).collect();
         let state_cost: Vec<_> =
-            self.modes.iter().zip(&parts).map(|(mode, part)| &mode.q + &part.state).collect();
+            self.in_modes().zip(&parts).map(|(mode, part)| &mode.q + &part.state).collect();
         let sequence_cost: Vec<_> =
-            self.modes.iter().zip(&parts).map(|(mode, part)| &mode.r + &part.sequence).collect();
+            self.in_modes().zip(&parts).map(|(mode, part)| &mode.r + &part.sequence).collect();
         let (mut difference, mut size) = (0.0, 0.0);
-        let mut next = Vec::with_capacity(self.modes.len());
+        let mut next = Vec::with_capacity(parts.len());
         self.sequence_cost.clear();
-        for from in 0..self.modes.len() {
-            let quadratic = expect(&self.transitions, from, sequence_cost.iter());
-            let linear = expect(&self.transitions, from, parts.iter().map(|part| &part.coupling));
+        for from in 0..parts.len() {
+            let quadratic = expect(&self.chain.transitions, from, sequence_cost.iter());
+            let linear = expect(&self.chain.transitions, from, parts.iter().map(|part| &part.coupling));
             let mut gain = -&linear;
             // Column-major it is the transposed right side that the solve takes by rows.
             solve_semidefinite(&quadratic, gain.as_mut_slice(), linear.nrows());
             self.sequence_cost.push(quadratic);
-            let value = expect(&self.transitions, from, state_cost.iter()) + &linear * gain.transpose();
+            let value = expect(&self.chain.transitions, from, state_cost.iter()) + &linear * gain.transpose();
             let value = (&value + value.transpose()) * 0.5;
             difference += (&value - &self.cost_to_go[from]).abs().sum();
             size += value.abs().sum();
@@ -154,7 +166,7 @@ pub fn tracking_reference(
 ) -> (Vec<Vec<DVector<f64>>>, DVector<f64>, f64) {
     let terminal = tracked.z.tr_mul(&(&tracked.terminal_weight * &tracked.z));
     let mut recursion = CoupledRecursion::new(problem, &terminal);
-    let (count, size) = (recursion.modes.len(), recursion.modes[0].a.nrows());
+    let (count, size) = (recursion.gains.len(), recursion.modes[0].a.nrows());
     let weighted = |weight: &DMatrix<f64>, z: &DVector<f64>| {
         let mut sigma = DVector::zeros(size);
         sigma.rows_mut(0, terminal.nrows()).copy_from(&tracked.z.tr_mul(&(weight * z)));
@@ -173,8 +185,8 @@ pub fn tracking_reference(
             let mut passed_on = stage.clone();
             let mut on_sequence = DVector::zeros(recursion.gains[from].nrows());
             let mut constant = stage_constant;
-            for (to, mode) in recursion.modes.iter().enumerate() {
-                let probability = recursion.transitions[(from, to)];
+            for (to, mode) in recursion.in_modes().enumerate() {
+                let probability = recursion.chain.transitions[(from, to)];
                 passed_on += mode.a.tr_mul(&sigmas[to]) * probability;
                 on_sequence += mode.b.tr_mul(&sigmas[to]) * probability;
                 constant += constants[to] * probability;

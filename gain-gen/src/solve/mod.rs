@@ -4,6 +4,8 @@
 //! |---|---|
 //! | `in_flight` | the project's own form: the core's recursion iterated to its fixed point |
 //! | `coupled` | the thesis' recursion over actuator modes: the reference |
+//! | `correlated` | the same over a channel that comes and goes, for controllers that know more or less of it |
+//! | `channel_law` | the law for that in the form the device computes |
 //! | `modes` | the thesis' model of the loop, one set of matrices for each age of the buffer |
 //! | `closed_loop` | that model with given gains: evolution of second moments |
 //! | `finite_horizon` | time-varying gains for a task that ends |
@@ -16,12 +18,15 @@
 //! | `evaluation` | fixed point of an affine map: the cost of given gains |
 //! | `packing` | the independent numbers of a cost-to-go |
 //! | `age_chain` | the transition matrix of the actuator's age |
+//! | `mode_chain` | what the controller may know of the network: ages, and states of a channel |
 //! | `law` | gains in both forms, and the way from one to the other |
 //!
 //! Conditions that need no gains (how long sequences must at least be) are in [`crate::stability`].
 
 mod age_chain;
+mod channel_law;
 mod closed_loop;
+mod correlated;
 mod coupled;
 mod evaluation;
 mod finite_horizon;
@@ -29,6 +34,7 @@ mod in_flight;
 mod iterate;
 mod krylov;
 mod law;
+mod mode_chain;
 mod modes;
 mod packing;
 mod rollout;
@@ -42,13 +48,16 @@ use slqg::{DefaultInput, arrival};
 use std::borrow::Cow;
 
 pub use age_chain::age_transitions;
+pub use channel_law::ChannelLaw;
 pub(crate) use closed_loop::ClosedLoop;
 pub use closed_loop::mean_square_rate;
+pub use correlated::{Correlated, Knowledge, OnChannel, correlated};
 pub use coupled::{finite_horizon_reference, tracking_reference};
 pub(crate) use evaluation::solve_correction;
 pub use finite_horizon::{FiniteHorizon, finite_horizon, tracking_task};
 pub use iterate::Outcome;
 pub use law::{Law, mode_weights};
+pub use mode_chain::{ModeChain, TooManyModes};
 pub(crate) use modes::{Mode, modes};
 pub use rollout::{Rollout, Situation};
 pub(crate) use spectral::modulus;
@@ -103,7 +112,7 @@ impl LoopProblem {
             b: design.plant.b.clone(),
             q: design.cost.q.clone(),
             r: design.cost.r.clone(),
-            link: design.network.controller_to_actuator.clone(),
+            link: design.network.controller_to_actuator.delays.clone(),
             length: design.controller.sequence_length,
             default_input: design.controller.default_input,
         }

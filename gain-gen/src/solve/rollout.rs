@@ -63,7 +63,7 @@ impl<'p> Rollout<'p> {
                 std::cmp::Ordering::Equal => send,
                 std::cmp::Ordering::Greater => was_sent.get(age - ahead - 1).copied().unwrap_or(true),
             };
-            recursion.transitions = transitions(self.problem, is_sent);
+            recursion.chain.transitions = transitions(self.problem, is_sent);
             recursion.step();
         }
         recursion.cost_to_go

@@ -52,7 +52,7 @@ impl Sweep {
     pub fn new(design: &Design, lengths: &[usize], default_inputs: &[DefaultInput]) -> Self {
         let is_blind = loses_sight(
             &design.plant,
-            &design.network.sensor_to_controller,
+            &design.network.sensor_to_controller.delays,
             design.controller.measurement_buffer,
         );
         let cases: Vec<_> = default_inputs

@@ -18,7 +18,7 @@ pub(crate) fn design(name: &str) -> PathBuf {
 }
 
 pub(crate) fn network(name: &str) -> DelayDistribution {
-    Design::load(&design(name)).expect("a design").network.controller_to_actuator
+    Design::load(&design(name)).expect("a design").network.controller_to_actuator.delays
 }
 
 pub(crate) fn folder() -> TempDir {

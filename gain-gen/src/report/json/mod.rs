@@ -9,7 +9,7 @@ use super::{FailedCondition, Report, Verdict, default_input_name, estimator_name
 use crate::design::Acknowledgement;
 use crate::solve::LoopProblem;
 use nalgebra::DMatrix;
-use optional::{Event, MarginFigures, Task, Tracking};
+use optional::{Channel, Event, MarginFigures, Task, Tracking};
 use serde::Serialize;
 
 pub(crate) use layout::line_per_field;
@@ -51,6 +51,9 @@ pub(crate) struct Document<'r> {
     length_tolerance: Option<f64>,
     /// Null where not asked for, or the loop is not stable.
     margins: Option<MarginFigures>,
+    /// Only for a link with a channel, by the coupled method.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    channel: Option<Channel>,
     /// Only with a task.
     #[serde(skip_serializing_if = "Option::is_none")]
     task: Option<Task>,
@@ -114,6 +117,7 @@ impl<'r> Document<'r> {
             },
             length_tolerance: report.design.length_choice().map(|choice| choice.tolerance),
             margins: report.margins.as_ref().map(MarginFigures::of),
+            channel: Channel::of(report),
             task: Task::of(report),
             tracking: Tracking::of(report),
             event: Event::of(report),

@@ -3,6 +3,7 @@
 //! | field | of |
 //! |---|---|
 //! | `margins` | the distances to instability, when asked for |
+//! | `channel` | designs for a link whose quality comes and goes, when asked for |
 //! | `task` | the laws of a task of finite length, when asked for |
 //! | `tracking` | a design with `[tracking]` |
 //! | `event` | a design with `[event]` |
@@ -10,7 +11,8 @@
 //! Symmetric matrices of the trigger are rows of their upper triangle: the first row is whole, the last one number.
 
 use super::{Report, Rows, rows};
-use crate::margins::Margins;
+use crate::{margins::Margins, solve::Law};
+use nalgebra::DMatrix;
 use serde::Serialize;
 
 /// [`Margins`].
@@ -31,6 +33,61 @@ impl MarginFigures {
             input_gain_min: margins.input_gain_min,
             input_gain_max: margins.input_gain_max,
         }
+    }
+}
+
+/// Designs for a link whose quality comes and goes, on its true chain.
+#[derive(Serialize)]
+pub(super) struct Channel {
+    /// Age of each mode.
+    ages: Vec<usize>,
+    /// States of the channel in the last cycles, for each mode; the newest first.
+    states: Vec<Vec<usize>>,
+    transition_matrix: Rows,
+    designs: Vec<ChannelDesign>,
+    /// By state of the channel in the cycle before: `Lx`, `(N nu) x nx`. Null if no gains stabilise the loop.
+    lx: Option<Vec<Rows>>,
+    /// The same for `M`, `(N nu) x (n_v nu)`.
+    m: Option<Vec<Rows>>,
+}
+
+/// One of them.
+#[derive(Serialize)]
+struct ChannelDesign {
+    /// `average`, `ages` or `channel`.
+    knowledge: &'static str,
+    mean_square_rate: f64,
+    /// Null: unbounded.
+    control_cost: Option<f64>,
+    /// `L(j)` over `[x; rho]` (hold: and the default input) for each mode.
+    gains: Vec<Rows>,
+}
+
+impl Channel {
+    pub(super) fn of(report: &Report) -> Option<Self> {
+        let found = report.channel.as_ref()?;
+        let (chain, law) = (&found.correlated.chain, found.law.as_ref());
+        let laws = |part: fn(&Law) -> &DMatrix<f64>| {
+            law.map(|law| (0..law.channel_states()).map(|state| rows(part(&law.at(&[state])))).collect())
+        };
+        Some(Self {
+            ages: chain.ages.clone(),
+            states: chain.channels.clone(),
+            transition_matrix: rows(&chain.transitions),
+            designs: found
+                .correlated
+                .designs
+                .iter()
+                .map(|design| ChannelDesign {
+                    knowledge: design.knowledge.name(),
+                    mean_square_rate: design.mean_square_rate,
+                    control_cost: design.control_cost.is_finite().then_some(design.control_cost),
+                    gains: design.gains.iter().map(rows).collect(),
+                })
+                .collect(),
+            lx: laws(|law| &law.lx),
+            m: laws(|law| &law.m),
+        })
     }
 }
 

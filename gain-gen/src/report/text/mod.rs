@@ -7,7 +7,7 @@ mod optional;
 
 use super::figure::{counted, duration, figure, grouped, percent};
 use super::{FailedCondition, Report, Verdict, default_input_name, estimator_name, scalar_name};
-use crate::design::{Acknowledgement, DeviceScalar};
+use crate::design::{Acknowledgement, Behaviour, DeviceScalar, Link};
 use crate::solve::Outcome;
 use core::fmt::{self, Display, Formatter};
 use nalgebra::DMatrix;
@@ -38,6 +38,7 @@ impl Display for Report {
             self.tables(f)?;
             self.state_gain(f)?;
         }
+        self.channel(f)?;
         self.task(f)
     }
 }
@@ -79,7 +80,7 @@ impl Report {
     }
 
     fn link(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        let link = &self.design.network.controller_to_actuator;
+        let link = &self.design.network.controller_to_actuator.delays;
         let last = self.design.controller.sequence_length - 1;
         let in_time = link.arrival(last);
         let arrives = link.arrival(link.largest_delay());
@@ -88,7 +89,28 @@ impl Report {
         line(f, "arrives in time", format!("{:<12}{within}", percent(in_time)))?;
         line(f, "arrives too late", percent((arrives - in_time).max(0.0)))?;
         line(f, "lost", percent(link.loss()))?;
-        line(f, "mean delay", format!("{}, of the packets that arrive", self.steps(link.mean_delay())))
+        line(f, "mean delay", format!("{}, of the packets that arrive", self.steps(link.mean_delay())))?;
+        match &self.design.network.controller_to_actuator.behaviour {
+            Behaviour::Independent => Ok(()),
+            Behaviour::Markov(channel) => {
+                let states =
+                    format!("{} that come and go; the figures here are averages, and", channel.states());
+                line(f, "channel states", states)?;
+                line(
+                    f,
+                    "",
+                    "verdict and costs take packets as independent; --method coupled adds the channel",
+                )
+            }
+            Behaviour::Recorded(recording) => {
+                let cycles = recording.cycles();
+                line(
+                    f,
+                    "recorded",
+                    format!("in {cycles} cycles; verdict and costs take packets as independent"),
+                )
+            }
+        }
     }
 
     fn stability(&self, f: &mut Formatter<'_>) -> fmt::Result {
@@ -163,7 +185,7 @@ impl Report {
         let told = match &network.acknowledgement {
             Acknowledgement::Instant => "instant".into(),
             Acknowledgement::None => "none".into(),
-            Acknowledgement::Delays(link) => {
+            Acknowledgement::Over(Link { delays: link, .. }) => {
                 let (mean, lost) = (self.steps(link.mean_delay()), percent(link.loss()));
                 let cycles = counted(network.acknowledged_cycles, "cycle");
                 format!("mean delay {mean}, {lost} lost, {cycles} in each")

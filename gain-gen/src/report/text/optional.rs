@@ -1,10 +1,11 @@
-//! Sections that only some reports have: tracking, event trigger, margins, a task.
+//! Sections that only some reports have: tracking, event trigger, margins, a channel, a task.
 
 use super::super::Report;
 use super::super::figure::{counted, figure, percent};
 use super::line;
 use crate::design::{Goal, SetPoint};
 use crate::margins::LARGEST_INPUT_GAIN;
+use crate::solve::Knowledge;
 use core::fmt::{self, Formatter};
 use nalgebra::DVector;
 use slqg::DefaultInput;
@@ -54,6 +55,33 @@ impl Report {
                 "",
                 "as zero input is applied when the buffer runs dry; with default input hold it is 0",
             )?;
+        }
+        Ok(())
+    }
+
+    pub(super) fn channel(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let Some(channel) = &self.channel else { return Ok(()) };
+        let modes = counted(channel.correlated.chain.ages.len(), "mode");
+        writeln!(f, "\nOn the channel, {modes} of age and channel state")?;
+        line(f, "gains that know", "mean-square rate   cost per step")?;
+        for knowledge in Knowledge::ALL {
+            let told = match channel.correlated.with(knowledge) {
+                None => "no gains stabilise the loop as this knowledge has it".into(),
+                Some(design) => {
+                    let cost = if design.control_cost.is_finite() {
+                        figure(design.control_cost)
+                    } else {
+                        "unbounded".into()
+                    };
+                    format!("{:<19}{cost}", figure(design.mean_square_rate))
+                }
+            };
+            let what = match knowledge {
+                Knowledge::Average => "the average delays",
+                Knowledge::Ages => "how ages follow",
+                Knowledge::Channel => "the channel's state",
+            };
+            line(f, what, told)?;
         }
         Ok(())
     }

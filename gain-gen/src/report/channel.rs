@@ -1,0 +1,42 @@
+//! What a report tells of a link whose quality comes and goes: designs that know more or less of it, on the true channel.
+
+use super::Report;
+use crate::design::Design;
+use crate::solve::{ChannelLaw, Correlated, Knowledge, LoopProblem, TooManyModes, correlated};
+
+/// Designs for the channel of the link to the actuator.
+#[derive(Debug, Clone)]
+pub struct ChannelDesigns {
+    /// Modes, and the designs with their costs.
+    pub correlated: Correlated,
+    /// The law that knows the channel, in the form the device computes; `None` if no gains stabilise the loop.
+    pub law: Option<ChannelLaw>,
+}
+
+impl ChannelDesigns {
+    /// Designs for the link's channel; `None` if packets are independent on it.
+    ///
+    /// # Errors
+    /// The channel has too many states for this sequence length.
+    pub fn of(design: &Design, problem: &LoopProblem) -> Option<Result<Self, TooManyModes>> {
+        let channel = design.network.controller_to_actuator.channel()?;
+        Some(correlated(problem, channel, &design.plant.process_noise).map(|correlated| {
+            let law = correlated
+                .with(Knowledge::Channel)
+                .map(|known| ChannelLaw::explaining(problem, channel, &correlated.chain, &known.gains).0);
+            Self { correlated, law }
+        }))
+    }
+}
+
+impl Report {
+    /// Adds the designs for the channel, if the link to the actuator has one. Dense: slow for long sequences.
+    ///
+    /// # Errors
+    /// The channel has too many states for this sequence length.
+    pub fn find_channel(&mut self) -> Result<(), TooManyModes> {
+        let problem = LoopProblem::of(&self.design);
+        self.channel = ChannelDesigns::of(&self.design, &problem).transpose()?;
+        Ok(())
+    }
+}
