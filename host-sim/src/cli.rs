@@ -15,6 +15,7 @@ use host_sim::{
     identify,
     monte_carlo::{Outcome, Plan, Simulate},
     output::{self, Simulation},
+    robustness::{self, Robustness},
     size_class::{self, dispatch},
 };
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -57,6 +58,18 @@ enum Command {
         #[arg(long, value_name = "RANGE")]
         lengths: Lengths,
     },
+    /// Designs that differ in their network, each simulated on the network of each: what it costs when the link is not what
+    /// was assumed.
+    Robustness {
+        /// Design files (TOML) with one plant and one cost.
+        #[arg(required = true, value_name = "DESIGN")]
+        designs: Vec<PathBuf>,
+        /// The controller.
+        #[arg(long, default_value = "slqg")]
+        controller: Kind,
+        #[command(flatten)]
+        amount: Amount,
+    },
     /// Logs of a link to the delays of a design file, with confidence intervals and what speaks against them.
     Identify(identify::Options),
 }
@@ -81,6 +94,13 @@ struct Options {
     /// What the estimator keeps apart where ages are not acknowledged, instead of the design's.
     #[arg(long, value_enum)]
     estimator: Option<EstimatorName>,
+    #[command(flatten)]
+    amount: Amount,
+}
+
+/// How much to simulate, and how to say it.
+#[derive(Args)]
+struct Amount {
     /// Runs per controller.
     #[arg(long, value_name = "R", default_value_t = 200, value_parser = clap::value_parser!(u32).range(1..))]
     runs: u32,
@@ -134,6 +154,7 @@ pub(crate) fn main() -> ExitCode {
             run(&options, sequence_length, report.as_deref())
         }
         Command::Sweep { options, lengths } => sweep(&options, &lengths),
+        Command::Robustness { designs, controller, amount } => robustness(&designs, controller, &amount),
         Command::Identify(options) => identify::run(&options)
             .map(|text| print!("{text}"))
             .map_err(|error| Failure::Input(error.to_string())),
@@ -150,6 +171,12 @@ fn fail(status: u8, message: &str) -> ExitCode {
     ExitCode::from(status)
 }
 
+impl Amount {
+    fn plan(&self) -> Plan {
+        Plan { runs: self.runs as usize, steps: self.steps as usize, seed: self.seed }
+    }
+}
+
 impl Options {
     fn load(&self) -> Result<Design, Failure> {
         let mut design = Design::load(&self.design).map_err(|error| Failure::Input(error.to_string()))?;
@@ -163,7 +190,7 @@ impl Options {
     }
 
     fn plan(&self) -> Plan {
-        Plan { runs: self.runs as usize, steps: self.steps as usize, seed: self.seed }
+        self.amount.plan()
     }
 
     /// An error about the design.
@@ -202,7 +229,7 @@ impl Options {
     }
 
     fn print(&self, simulation: &Simulation<'_>) {
-        if self.json {
+        if self.amount.json {
             println!("{}", output::json(simulation));
         } else {
             print!("{}", output::table(simulation));
@@ -244,7 +271,7 @@ fn run(options: &Options, sequence_length: Option<u16>, report: Option<&Path>) -
         })?;
     }
     options.print(&simulation);
-    if let (Some(path), false) = (report, options.json) {
+    if let (Some(path), false) = (report, options.amount.json) {
         println!("\nreport: {}", path.display());
     }
     Ok(())
@@ -272,6 +299,32 @@ fn sweep(options: &Options, lengths: &Lengths) -> Result<(), Failure> {
     }
     options.print(&simulation(&design, options.plan(), outcomes));
     unstable.iter().for_each(|message| eprintln!("not simulated: {message}"));
+    Ok(())
+}
+
+fn robustness(paths: &[PathBuf], kind: Kind, amount: &Amount) -> Result<(), Failure> {
+    let input = |error: &dyn Display| Failure::Input(error.to_string());
+    let designs: Vec<Design> = paths
+        .iter()
+        .map(|path| Design::load(path).map_err(|error| input(&error)))
+        .collect::<Result<_, _>>()?;
+    robustness::check(&designs).map_err(|error| input(&error))?;
+    let plan = amount.plan();
+    let contender = |(design, path): (&Design, &PathBuf)| {
+        size_class::check(design).map_err(|error| input(&format_args!("{}: {error}", path.display())))?;
+        Contender::new(kind, design, plan.steps).map_err(|error| refused(&error, design, path))
+    };
+    let contenders: Vec<Contender> = designs.iter().zip(paths).map(contender).collect::<Result<_, _>>()?;
+    let progress = progress(designs.len() * designs.len() * plan.runs);
+    let table =
+        Robustness::new(&designs, &contenders, plan, || progress.inc(1)).map_err(|error| input(&error))?;
+    progress.finish_and_clear();
+    match amount.json {
+        true => {
+            println!("{}", serde_json::to_string_pretty(&table).expect("numbers and strings are always JSON"))
+        }
+        false => print!("{}", table.table()),
+    }
     Ok(())
 }
 

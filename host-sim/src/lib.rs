@@ -13,6 +13,7 @@
 //! | [`network`] | the links of a run in use |
 //! | [`closed_loop`] | one run: plant, links and the two ends, cycle by cycle |
 //! | [`monte_carlo`] | many runs in parallel, and what they say together |
+//! | [`robustness`] | designed for one network, run on another |
 //! | [`identify`] | options of the command that reads logs of a link |
 //! | [`output`] | the table, the JSON and the report with pictures |
 //!
@@ -28,4 +29,5 @@ pub mod objective;
 pub mod output;
 pub mod plant;
 pub mod random;
+pub mod robustness;
 pub mod size_class;

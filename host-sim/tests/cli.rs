@@ -83,7 +83,7 @@ fn wrong_input_exits_with_2_and_says_why() {
     says(run("missing.toml", &[]), "missing.toml");
     says(
         run("pendulum.toml", &["--controllers", "pid"]),
-        "no controller is called `pid`; there are: slqg, slqg-always, slqg-no-preview, slqg-task, slqg-udp, slqg-udp-rounded, lqg",
+        "no controller is called `pid`; there are: slqg, slqg-always, slqg-no-preview, slqg-channel, slqg-task, slqg-udp, slqg-udp-rounded, lqg",
     );
     says(run("pendulum.toml", &["--sequence-length", "0"]), "--sequence-length");
     says(run("pendulum.toml", &["--sequence-length", "40"]), "controller.sequence_length: found 40");
@@ -236,4 +236,68 @@ fn a_failed_run_leaves_an_existing_report_alone() {
     fs::write(&path, "an older report").expect("written");
     run("critical.toml", &["--sequence-length", "1", "--report"]).arg(&path).assert().code(3);
     assert_eq!(fs::read_to_string(&path).expect("the report"), "an older report");
+}
+
+#[test]
+fn a_design_on_its_own_network_costs_in_the_robustness_table_what_a_run_says() {
+    let amount = ["--runs", "20", "--steps", "40", "--json"];
+    let mut table = host_sim(&["robustness"]);
+    table.args([design("double_integrator.toml"), design("double_integrator_bad.toml")]).args(amount);
+    let table: Value = serde_json::from_str(&stdout(table)).expect("one JSON object");
+    let cells = table["results"].as_array().expect("cells");
+    assert_eq!(cells.len(), 4);
+    for (cell, name) in [(&cells[0], "double_integrator"), (&cells[3], "double_integrator_bad")] {
+        let alone = stdout(run(&format!("{name}.toml"), &["--json", "--controllers", "slqg"]));
+        let alone: Value = serde_json::from_str(&alone).expect("one JSON object");
+        assert_eq!((&cell["designed_for"], &cell["run_on"]), (&name.into(), &name.into()));
+        assert_eq!(cell["mean_cost"], alone["results"][0]["mean_cost"]);
+    }
+    assert!(cells[1]["mean_cost"].as_f64() > cells[0]["mean_cost"].as_f64(), "{cells:?}");
+}
+
+#[test]
+fn designs_of_different_plants_have_no_robustness_table() {
+    let mut table = host_sim(&["robustness"]);
+    table.args([design("pendulum.toml"), design("critical.toml")]);
+    let output = table.assert().code(2).get_output().clone();
+    let message = String::from_utf8(output.stderr).expect("UTF-8");
+    assert!(message.contains("critical: its [plant] differs from that of pendulum"), "{message}");
+}
+
+#[test]
+fn a_controller_that_knows_the_channel_needs_one() {
+    let output =
+        run("pendulum.toml", &["--controllers", "slqg-channel"]).assert().code(2).get_output().clone();
+    let message = String::from_utf8(output.stderr).expect("UTF-8");
+    assert!(
+        message.contains("needs a link controller_to_actuator given as gilbert_elliott or markov"),
+        "{message}"
+    );
+    let known = stdout(run("double_integrator_bursty.toml", &["--controllers", "slqg-channel", "--json"]));
+    let known: Value = serde_json::from_str(&known).expect("one JSON object");
+    assert_eq!(known["results"][0]["controller"], "slqg-channel");
+}
+
+#[test]
+fn a_recorded_link_is_replayed_and_duplicates_change_nothing() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let text = fs::read_to_string(design("double_integrator_bad.toml")).expect("a design");
+    let (start, end) =
+        (text.find("controller_to_actuator.delays").expect("a link"), text.find("sensor_to").expect("one"));
+    let with = |name: &str, link: &str| {
+        let path = folder.path().join(name);
+        fs::write(&path, text[..start].to_string() + link + "\n" + &text[end..]).expect("written");
+        let mut command = host_sim(&["run"]);
+        command.arg(path).args(["--runs", "20", "--steps", "40", "--json", "--controllers", "slqg"]);
+        let json: Value = serde_json::from_str(&stdout(command)).expect("one JSON object");
+        json["results"][0].clone()
+    };
+    // Two cycles of 1 s late, always: a log says it as well as a distribution does.
+    let log: String = (0..30).map(|k| format!("{k},{k}.0,{}.0\n", k + 2)).collect();
+    fs::write(folder.path().join("log.csv"), "sequence,sent,received\n".to_string() + &log).expect("written");
+    let late = with("late.toml", "controller_to_actuator.delays = [0, 0, 1]");
+    assert_eq!(with("log.toml", "controller_to_actuator.trace = \"log.csv\""), late);
+    // A copy of a packet tells the actuator nothing new.
+    let twice = "controller_to_actuator = { delays = [0, 0, 1], duplicates = 0.5 }";
+    assert_eq!(with("twice.toml", twice), late);
 }

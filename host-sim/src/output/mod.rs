@@ -3,6 +3,7 @@
 //! Nothing is computed here.
 
 mod charts;
+pub mod columns;
 mod report;
 mod table;
 

@@ -3,7 +3,7 @@
 use super::{
     Simulation,
     charts::{Series, distribution, points, trajectory},
-    table::figure,
+    columns::figure,
 };
 use std::fmt::Write;
 
