@@ -5,16 +5,18 @@
 
 use gain_gen::{
     design::{Acknowledgement, Design, Link, MarkovLink, Network},
-    report::ChannelDesigns,
     solve::{
-        ChannelLaw, Law, LoopProblem, Method, PreviewGains, PreviewTooLong, Solution, TooManyModes, Tracked,
-        TriggerTables, finite_horizon, solve, tracking_task, trigger_tables,
+        ChannelLaw, Law, LoopProblem, Method, Outcome, PreviewGains, PreviewTooLong, Solution, Tracked,
+        TriggerTables, finite_horizon, solve, solve_channel, tracking_task, trigger_tables,
     },
     stability::loses_sight,
 };
 use nalgebra::DVector;
 use slqg::estimator::Merging;
 use std::str::FromStr;
+
+/// Most tables of arrival probabilities that a simulated controller may choose from.
+const MOST_TABLES: usize = 1 << 14;
 
 /// The controllers that can be named.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -168,13 +170,16 @@ pub enum ContenderError {
         /// Why.
         reason: &'static str,
     },
-    /// The channel is too rich.
-    #[error("`{controller}`: {error}")]
-    TooManyModes {
-        /// The controller.
-        controller: &'static str,
-        /// What there is too much of.
-        error: TooManyModes,
+    /// The channel is too rich for the simulator.
+    #[error(
+        "`slqg-channel`: a channel of {states} states and sequences of {length} inputs make more than {MOST_TABLES} tables; \
+         shorten the sequences"
+    )]
+    TooManyTables {
+        /// States of the channel.
+        states: usize,
+        /// Inputs per sequence.
+        length: usize,
     },
     /// A task cannot decide whether to send.
     #[error(
@@ -277,10 +282,17 @@ impl Contender {
 
     fn know_channel(&mut self, problem: &LoopProblem, design: &Design) -> Result<(), ContenderError> {
         let controller = self.kind.name();
-        let designs = ChannelDesigns::of(design, problem)
-            .ok_or(ContenderError::NoChannel)?
-            .map_err(|error| ContenderError::TooManyModes { controller, error })?;
-        let law = designs.law.ok_or(ContenderError::Unstable { controller })?;
+        let channel = self.actuator_link.channel().ok_or(ContenderError::NoChannel)?;
+        // The simulator looks arrival probabilities up by the states of all cycles that count.
+        let tables = channel.states().checked_pow(problem.length.max(2) as u32 - 1);
+        if !tables.is_some_and(|tables| tables <= MOST_TABLES) {
+            return Err(ContenderError::TooManyTables { states: channel.states(), length: problem.length });
+        }
+        let solution = solve_channel(problem, channel);
+        if solution.outcome != Outcome::Converged {
+            return Err(ContenderError::Unstable { controller });
+        }
+        let law = solution.law;
         if loses_sight(&design.plant, &self.sensor_link.delays, self.measurement_buffer) {
             return Err(ContenderError::Unstable { controller });
         }

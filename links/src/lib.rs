@@ -11,12 +11,14 @@
 //! | [`link`] | any of these between two nodes, and what a single packet meets on it |
 //! | [`path`] | packets under way on a link, cycle by cycle |
 //! | [`can`] | a CAN bus with other traffic and errors on it, event by event in bit times |
+//! | [`loop_bus`] | the links of a control loop over one CAN bus, cycle by cycle |
 //! | [`identify`] | from logs of a real link to its delay distribution, with what speaks against it |
 
 pub mod can;
 pub mod delay;
 pub mod identify;
 pub mod link;
+pub mod loop_bus;
 pub mod markov;
 pub mod path;
 pub mod recording;

@@ -23,6 +23,8 @@ pub enum Behaviour {
     Markov(MarkovLink),
     /// What was recorded, in the order recorded.
     Recorded(Arc<Recording>),
+    /// What the other traffic on a bus leaves, with which the loop's other links share it: [`crate::loop_bus`].
+    Bus,
 }
 
 impl Link {
@@ -41,6 +43,16 @@ impl Link {
         Self { delays, behaviour: Behaviour::Recorded(Arc::new(recording)), duplicates: 0.0 }
     }
 
+    /// A link over a bus, with the delays found there.
+    pub fn bus(delays: DelayDistribution) -> Self {
+        Self { delays, behaviour: Behaviour::Bus, duplicates: 0.0 }
+    }
+
+    /// Whether packets go over a bus.
+    pub fn is_on_bus(&self) -> bool {
+        self.behaviour == Behaviour::Bus
+    }
+
     /// Every packet arrives in the cycle it is sent in.
     pub fn perfect() -> Self {
         Self::independent(DelayDistribution::new(vec![1.0]).expect("certain arrival is a distribution"))
@@ -50,7 +62,7 @@ impl Link {
     pub fn largest_delay(&self) -> usize {
         match &self.behaviour {
             Behaviour::Recorded(recording) => recording.largest_delay(),
-            Behaviour::Independent | Behaviour::Markov(_) => self.delays.largest_delay(),
+            Behaviour::Independent | Behaviour::Markov(_) | Behaviour::Bus => self.delays.largest_delay(),
         }
     }
 
@@ -58,7 +70,7 @@ impl Link {
     pub fn channel(&self) -> Option<&MarkovLink> {
         match &self.behaviour {
             Behaviour::Markov(link) => Some(link),
-            Behaviour::Independent | Behaviour::Recorded(_) => None,
+            Behaviour::Independent | Behaviour::Recorded(_) | Behaviour::Bus => None,
         }
     }
 }

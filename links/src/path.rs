@@ -44,7 +44,8 @@ impl Path {
     /// A path with nothing under way that draws its delays from `random`. A recording is entered anywhere in it.
     pub fn new(link: &Link, mut random: ChaCha8Rng) -> Self {
         let source = match &link.behaviour {
-            Behaviour::Independent => Source::Independent(cumulative(link)),
+            // Without its bus, a link's packets are as independent as others.
+            Behaviour::Independent | Behaviour::Bus => Source::Independent(cumulative(link)),
             Behaviour::Markov(markov) => Source::Markov(Channel::new(markov.clone(), &mut random)),
             Behaviour::Recorded(recording) => {
                 let first = random.random_range(0..recording.cycles() as u64) as usize;

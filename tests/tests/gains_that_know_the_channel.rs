@@ -3,7 +3,7 @@
 
 use gain_gen::{
     design::{Design, Link, MarkovLink},
-    solve::{ChannelLaw, Knowledge, LoopProblem, Method, correlated, solve},
+    solve::{Knowledge, LoopProblem, Method, correlated, solve, solve_channel},
 };
 use host_sim::{
     contender::{Contender, Kind},
@@ -33,10 +33,10 @@ fn delays(random: &mut ChaCha8Rng) -> Vec<f64> {
 }
 
 #[test]
-fn one_pair_of_tables_for_each_channel_state_explains_the_gains_of_all_modes() {
+fn the_in_flight_recursion_over_a_channel_finds_the_gains_of_all_modes() {
     let mut random = ChaCha8Rng::seed_from_u64(5);
-    let (mut explained, mut worst) = (0, 0.0_f64);
-    for case in 0..60 {
+    let (mut agreed, mut worst) = (0, 0.0_f64);
+    for case in 0..40 {
         let (nx, nu) = (random.random_range(1..=3), random.random_range(1..=2));
         let states = random.random_range(1..=3);
         let length = random.random_range(1..=if states == 3 { 3 } else { 4 });
@@ -61,16 +61,25 @@ fn one_pair_of_tables_for_each_channel_state_explains_the_gains_of_all_modes() {
         };
         let designs = correlated(&problem, &channel, &DMatrix::identity(nx, nx)).expect("few modes");
         let Some(known) = designs.with(Knowledge::Channel) else { continue };
-        let (_, difference) = ChannelLaw::explaining(&problem, &channel, &designs.chain, &known.gains);
+        let in_flight = solve_channel(&problem, &channel);
+        let spelled = in_flight.law.mode_gains(&designs.chain);
+        let difference = spelled.iter().zip(&known.gains).map(|(found, gain)| (found - gain).amax());
+        let largest = known.gains.iter().map(|gain| gain.amax()).fold(0.0, f64::max);
+        let difference = difference.fold(0.0, f64::max) / largest;
         worst = worst.max(difference);
-        explained += 1;
+        let noise = DMatrix::identity(nx, nx);
+        let costs = (in_flight.control_cost(&noise), known.control_cost);
+        assert!((costs.0 / costs.1 - 1.0).abs() < 1e-9, "case {case}: costs {costs:?}");
+        let rates = (in_flight.mean_square_rate, known.mean_square_rate);
+        assert!((rates.0 - rates.1).abs() < 1e-6, "case {case}: rates {rates:?}");
+        agreed += 1;
         assert!(difference < 1e-9, "case {case}: {difference:e} for {states} states, N = {length}");
         let cost = |knowledge| designs.with(knowledge).map_or(f64::INFINITY, |design| design.control_cost);
         let least = cost(Knowledge::Channel) * (1.0 - 1e-9);
         assert!(cost(Knowledge::Ages) >= least && cost(Knowledge::Average) >= least, "case {case}");
     }
-    eprintln!("{explained} designs explained, largest relative difference {worst:e}");
-    assert!(explained >= 50, "{explained}");
+    eprintln!("{agreed} designs agree, largest relative difference {worst:e}");
+    assert!(agreed >= 30, "{agreed}");
 }
 
 #[test]
@@ -82,7 +91,7 @@ fn a_channel_whose_states_are_alike_has_the_gains_of_independent_packets() {
     let problem = LoopProblem::of(&design);
     let designs = correlated(&problem, &alike, &design.plant.process_noise).expect("few modes");
     let known = designs.with(Knowledge::Channel).expect("a stabilised loop");
-    let (law, _) = ChannelLaw::explaining(&problem, &alike, &designs.chain, &known.gains);
+    let law = solve_channel(&problem, &alike).law;
     let independent = solve(&problem, Method::InFlight);
     for state in 0..2 {
         let difference = (law.at(&[state]).lx - &independent.law.lx).amax();

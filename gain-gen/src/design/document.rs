@@ -133,6 +133,11 @@ impl<'d> Field<'d> {
         self.value.as_str().ok_or_else(|| self.unexpected())
     }
 
+    /// Errors: not a truth value.
+    pub(super) fn truth(&self) -> Result<bool, DesignError> {
+        self.value.as_bool().ok_or_else(|| self.unexpected())
+    }
+
     /// One of a few words. Errors: not a text, or none of these words.
     pub(super) fn choice<T: Copy>(&self, words: &[(&str, T)]) -> Result<T, DesignError> {
         let text = self.text()?;
@@ -167,6 +172,12 @@ impl<'d> Field<'d> {
         let entries = self.value.as_array().ok_or_else(|| self.unexpected())?;
         let entries = entries.iter().enumerate();
         entries.map(|(at, entry)| self.finite(entry, || format!("entry {}", at + 1))).collect()
+    }
+
+    /// The entries of a list. Errors: not a list.
+    pub(super) fn entries(&self) -> Result<Vec<Field<'d>>, DesignError> {
+        let entries = self.value.as_array().ok_or_else(|| self.unexpected())?;
+        Ok(entries.iter().map(|entry| self.entry(entry)).collect())
     }
 
     /// A list of texts, at least one. Errors: anything else, on the line of the first wrong entry.

@@ -1,8 +1,9 @@
 //! One link of `[network]`, in any of the ways a design file can give it. Which links there are is in `network`.
 
 use super::document::{Field, Section};
-use super::{DelayDistribution, DesignError};
+use super::{DelayDistribution, DesignError, can};
 use slqg_links::{
+    can::Id,
     identify::{
         logs::{self, Selection},
         sample::{Clock, LONGEST, Sample},
@@ -16,7 +17,7 @@ use std::path::PathBuf;
 /// Most entries of a list of delays; a longer one is a mistake, not a link.
 const MOST_DELAYS: usize = 1000;
 /// The ways, of which a link takes one.
-const WAYS: [&str; 4] = ["delays", "gilbert_elliott", "markov", "trace"];
+const WAYS: [&str; 5] = ["delays", "gilbert_elliott", "markov", "trace", "can"];
 const A_PROBABILITY: &str = "a probability per cycle, above 0 and at most 1";
 const STATE_DELAYS: &str = "the probabilities of delay 0, 1, .. steps in this state, each within 0 and 1, with a sum of \
                             at most 1 (what is missing to 1 is loss; an empty list loses all)";
@@ -31,14 +32,20 @@ pub(super) struct Surroundings<'d> {
     pub(super) kind: u8,
 }
 
-/// The link behind a key. Errors: no way, more than one, or figures that are none.
-pub(super) fn read(field: &Field<'_>, surroundings: &Surroundings<'_>) -> Result<Link, DesignError> {
-    let table = field.section(&["delays", "gilbert_elliott", "markov", "trace", "duplicates"])?;
+/// The link behind a key, and its identifier if it is on the bus: what it does to packets is then not known yet.
+///
+/// Errors: no way, more than one, or figures that are none.
+pub(super) fn read(
+    field: &Field<'_>,
+    surroundings: &Surroundings<'_>,
+) -> Result<(Link, Option<Id>), DesignError> {
+    let table = field.section(&["delays", "gilbert_elliott", "markov", "trace", "can", "duplicates"])?;
     let given: Vec<_> = WAYS.into_iter().filter(|way| table.optional(way, "").is_some()).collect();
     let mut link = match given.as_slice() {
         ["gilbert_elliott"] => gilbert_elliott(&table)?,
         ["markov"] => markov(&table)?,
         ["trace"] => trace(&table, surroundings)?,
+        ["can"] => return on_bus(&table),
         [_, other, ..] => {
             let found = format!("found `{other}` beside `{}`", given[0]);
             return Err(table.reject(table.key(), found, format!("give one of {}", WAYS.join(", "))));
@@ -52,7 +59,15 @@ pub(super) fn read(field: &Field<'_>, surroundings: &Surroundings<'_>) -> Result
             return Err(field.reject(format!("found the number {}", link.duplicates)));
         }
     }
-    Ok(link)
+    Ok((link, None))
+}
+
+fn on_bus(table: &Section<'_>) -> Result<(Link, Option<Id>), DesignError> {
+    if let Some(field) = table.optional("duplicates", "") {
+        let found = "found beside can".to_string();
+        return Err(field.reject_with(found, "leave it out: the bus repeats what it repeats".into()));
+    }
+    Ok((Link::bus(Link::perfect().delays), Some(can::identifier(table)?)))
 }
 
 fn delays(table: &Section<'_>) -> Result<DelayDistribution, DesignError> {

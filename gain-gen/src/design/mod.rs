@@ -4,10 +4,11 @@
 //! definite, and the plant can be stabilised and observed. Whether it can be stabilised *over this network* is
 //! a result of the synthesis, not a property of the file.
 //!
-//! One file per table (`plant`, `cost`, `network` with its `link`, `controller`, `tracking` with its `reference` and `set_point`,
+//! One file per table (`plant`, `cost`, `network` with its `link` and its bus (`can`), `controller`, `tracking` with its `reference` and `set_point`,
 //! `event`), the ideas they share beside them: places in the file (`document`, `syntax`), definiteness (`symmetric`),
 //! unstable modes (`modes`), states that a constant input holds (`equilibrium`).
 
+mod can;
 mod controller;
 mod cost;
 mod document;

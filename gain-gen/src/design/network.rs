@@ -1,10 +1,14 @@
 //! `[network]`: the links between the nodes. How one is given is in `link`.
 
-use super::DesignError;
 use super::document::Section;
 use super::link::{self, Surroundings};
+use super::{DesignError, can};
 use slqg::wire::MOST_AGES;
-use slqg_links::link::Link;
+use slqg_links::{
+    can::Id,
+    link::Link,
+    loop_bus::{LoopPlan, Role},
+};
 
 /// The links of the loop, as measured.
 #[derive(Debug, Clone, PartialEq)]
@@ -15,6 +19,8 @@ pub struct Network {
     pub sensor_to_controller: Link,
     /// From the actuator node back to the controller node.
     pub acknowledgement: Acknowledgement,
+    /// The bus that links share which are on one, with the sizes of the loop's frames.
+    pub bus: Option<LoopPlan>,
     /// Of how many of its last cycles each acknowledgement tells, 1 to 8: a later one makes good an earlier loss.
     /// Without acknowledgements the number has no meaning.
     pub acknowledged_cycles: usize,
@@ -56,30 +62,62 @@ impl Network {
             "sensor_to_controller",
             "acknowledgement",
             "acknowledged_cycles",
+            "can",
         ])?;
         let carrying = |kind| Surroundings { sample_time, origin, kind };
-        let meaning = "a link: { delays = [P(delay = 0), P(delay = 1), ..] } in steps, or one of gilbert_elliott, markov, trace";
+        let meaning = "a link: { delays = [P(delay = 0), P(delay = 1), ..] } in steps, or one of gilbert_elliott, markov, trace, can";
         let one = |name, kind| link::read(&network.required(name, meaning)?, &carrying(kind));
-        let controller_to_actuator = one("controller_to_actuator", CONTROL)?;
-        let sensor_to_controller = one("sensor_to_controller", MEASUREMENT)?;
-        let acknowledgement = acknowledgement(&network, &carrying(ACKNOWLEDGEMENT))?;
+        let (controller_to_actuator, control) = one("controller_to_actuator", CONTROL)?;
+        let (sensor_to_controller, measurement) = one("sensor_to_controller", MEASUREMENT)?;
+        let (acknowledgement, told) = acknowledgement(&network, &carrying(ACKNOWLEDGEMENT))?;
         let acknowledged_cycles = acknowledged_cycles(&network, &acknowledgement)?;
-        Ok(Network { controller_to_actuator, sensor_to_controller, acknowledgement, acknowledged_cycles })
+        let bus = bus(&network, [measurement, control, told], sample_time)?;
+        Ok(Network {
+            controller_to_actuator,
+            sensor_to_controller,
+            acknowledgement,
+            bus,
+            acknowledged_cycles,
+        })
+    }
+}
+
+fn bus(
+    network: &Section<'_>,
+    own: [Option<Id>; Role::COUNT],
+    sample_time: f64,
+) -> Result<Option<LoopPlan>, DesignError> {
+    let meaning = "the bus of the links that are given as { can = { identifier = .. } }";
+    match (network.optional("can", meaning), own == [None; Role::COUNT]) {
+        (None, true) => Ok(None),
+        (None, false) => {
+            let allowed = "give the bus that the links with `can` share, as [network.can] with bit_rate";
+            Err(network.reject("network.can", "missing".into(), allowed.into()))
+        }
+        (Some(field), true) => {
+            let allowed =
+                "give the links that go over the bus as { can = { identifier = .. } }, or leave it out";
+            Err(field.reject_with("found a bus that no link is on".into(), allowed.into()))
+        }
+        (Some(field), false) => can::read(&field, own, sample_time).map(Some),
     }
 }
 
 fn acknowledgement(
     network: &Section<'_>,
     surroundings: &Surroundings<'_>,
-) -> Result<Acknowledgement, DesignError> {
+) -> Result<(Acknowledgement, Option<Id>), DesignError> {
     let meaning = "\"instant\", \"none\" or { delays = [..] }";
     Ok(match network.optional("acknowledgement", meaning) {
-        None => Acknowledgement::Instant,
+        None => (Acknowledgement::Instant, None),
         Some(field) if field.is_text() => match field.choice(&[("instant", true), ("none", false)])? {
-            true => Acknowledgement::Instant,
-            false => Acknowledgement::None,
+            true => (Acknowledgement::Instant, None),
+            false => (Acknowledgement::None, None),
         },
-        Some(field) => Acknowledgement::Over(link::read(&field, surroundings)?),
+        Some(field) => {
+            let (link, id) = link::read(&field, surroundings)?;
+            (Acknowledgement::Over(link), id)
+        }
     })
 }
 

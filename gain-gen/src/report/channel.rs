@@ -2,15 +2,15 @@
 
 use super::Report;
 use crate::design::Design;
-use crate::solve::{ChannelLaw, Correlated, Knowledge, LoopProblem, TooManyModes, correlated};
+use crate::solve::{ChannelSolution, Correlated, LoopProblem, TooManyModes, correlated, solve_channel};
 
 /// Designs for the channel of the link to the actuator.
 #[derive(Debug, Clone)]
 pub struct ChannelDesigns {
     /// Modes, and the designs with their costs.
     pub correlated: Correlated,
-    /// The law that knows the channel, in the form the device computes; `None` if no gains stabilise the loop.
-    pub law: Option<ChannelLaw>,
+    /// The law that knows the channel, in the form the device computes.
+    pub in_flight: ChannelSolution,
 }
 
 impl ChannelDesigns {
@@ -20,12 +20,8 @@ impl ChannelDesigns {
     /// The channel has too many states for this sequence length.
     pub fn of(design: &Design, problem: &LoopProblem) -> Option<Result<Self, TooManyModes>> {
         let channel = design.network.controller_to_actuator.channel()?;
-        Some(correlated(problem, channel, &design.plant.process_noise).map(|correlated| {
-            let law = correlated
-                .with(Knowledge::Channel)
-                .map(|known| ChannelLaw::explaining(problem, channel, &correlated.chain, &known.gains).0);
-            Self { correlated, law }
-        }))
+        let designs = correlated(problem, channel, &design.plant.process_noise);
+        Some(designs.map(|correlated| Self { correlated, in_flight: solve_channel(problem, channel) }))
     }
 }
 

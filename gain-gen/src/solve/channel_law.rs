@@ -1,90 +1,37 @@
 //! [`ChannelLaw`]: the law over a channel that comes and goes, in the form the device computes.
 //!
-//! Given the states in which old packets were sent, what becomes of them is independent of what becomes of new ones, as it
-//! is where packets are independent (THEORY 3). So the law again is `U = Lx xhat + M vbar`, with one `(Lx, M)` for each
-//! state of the channel in the cycle before, and `vbar` from arrival probabilities that differ from packet to packet:
-//! `O(S N^2)` numbers where the coupled recursion has a gain for each of `O(S^N)` modes.
+//! `U = Lx(s) xhat + M(s) vbar` with `s` the state of the channel in the cycle before, and `vbar` from arrival probabilities
+//! that differ from packet to packet: each has those of the state it was sent in.
 
 use super::{
     LoopProblem, ModeChain,
     law::{Law, mode_weights},
 };
-use crate::design::MarkovLink;
 use nalgebra::DMatrix;
 use slqg::{DefaultInput, arrival};
 
-/// Singular values below this part of the largest count as zero.
-const RANK_TOLERANCE: f64 = 1e-12;
-
-/// `U = Lx(s) xhat + M(s) vbar`, with `s` the state of the channel in the cycle before.
+/// One pair of tables for each state of a channel, `O(S N^2)` numbers.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ChannelLaw {
     length: usize,
     default_input: DefaultInput,
+    states: usize,
     /// `[Lx M]` by state of the channel, `(N nu) x (nx + n_v nu)`.
     gains: Vec<DMatrix<f64>>,
-    states: usize,
     /// P(delay > d) for d = 0..N-1, by state of the channel.
     survival: Vec<Vec<f64>>,
 }
 
 impl ChannelLaw {
-    /// The law that explains the gains of all modes of a chain of age and channel, by least squares; with the largest
-    /// difference that it leaves, relative to the largest gain.
-    pub fn explaining(
-        problem: &LoopProblem,
-        channel: &MarkovLink,
-        chain: &ModeChain,
-        gains: &[DMatrix<f64>],
-    ) -> (Self, f64) {
-        let (nx, nu) = (problem.a.nrows(), problem.b.ncols());
-        let survival = (0..channel.states()).map(|state| {
-            let mut survival = vec![1.0; problem.length];
-            if let Some(delays) = channel.delays(state) {
-                arrival::survival(delays.probabilities(), delays.loss(), &mut survival);
-            }
-            survival
-        });
-        let mut law = Self {
+    /// `gains`: `[Lx M]` by state of the channel; `survival`: P(delay > d) for d = 0..N-1 of packets sent in each.
+    pub(super) fn new(problem: &LoopProblem, gains: Vec<DMatrix<f64>>, survival: Vec<Vec<f64>>) -> Self {
+        Self {
             length: problem.length,
             default_input: problem.default_input,
-            gains: Vec::new(),
-            states: nx,
-            survival: survival.collect(),
-        };
-        let identity = DMatrix::<f64>::identity(nu, nu);
-        let regressors: Vec<DMatrix<f64>> = chain
-            .ages
-            .iter()
-            .zip(&chain.channels)
-            .map(|(&age, channel)| {
-                let table = law.arrival_table(channel);
-                let weights = mode_weights(law.length, law.default_input, &table, age).kronecker(&identity);
-                let mut whole = DMatrix::zeros(nx + weights.nrows(), nx + weights.ncols());
-                whole.view_mut((0, 0), (nx, nx)).fill_with_identity();
-                whole.view_mut((nx, nx), weights.shape()).copy_from(&weights);
-                whole
-            })
-            .collect();
-        let (mut difference, mut largest) = (0.0_f64, 0.0_f64);
-        for state in 0..channel.states() {
-            let of_state: Vec<_> =
-                (0..gains.len()).filter(|&mode| chain.channels[mode][0] == state).collect();
-            let beside = |part: &dyn Fn(usize) -> DMatrix<f64>| {
-                let parts: Vec<_> = of_state.iter().map(|&mode| part(mode)).collect();
-                let columns: Vec<_> = parts.iter().flat_map(|part| part.column_iter()).collect();
-                DMatrix::from_columns(&columns)
-            };
-            let regressor = beside(&|mode| regressors[mode].clone());
-            let explained = beside(&|mode| gains[mode].clone());
-            let inverse =
-                regressor.clone().pseudo_inverse(RANK_TOLERANCE).expect("the tolerance is not negative");
-            let gain = &explained * inverse;
-            difference = difference.max((&gain * regressor - &explained).amax());
-            largest = largest.max(explained.amax());
-            law.gains.push(gain);
+            states: problem.a.nrows(),
+            gains,
+            survival,
         }
-        (law, difference / largest)
     }
 
     /// Inputs per sequence, `N`.
@@ -108,6 +55,22 @@ impl ChannelLaw {
             m: gain.columns(self.states, gain.ncols() - self.states).into_owned(),
             arrival: self.arrival_table(channel),
         }
+    }
+
+    /// `L(j)` over `[x; rho]` (hold: and the default input) for every mode of a chain of age and channel: what the coupled
+    /// recursion finds, spelled out.
+    pub fn mode_gains(&self, chain: &ModeChain) -> Vec<DMatrix<f64>> {
+        let spelled = |(&age, channel): (&usize, &Vec<usize>)| {
+            let law = self.at(channel);
+            let weights = mode_weights(law.length, law.default_input, &law.arrival, age);
+            let inputs = law.inputs();
+            let sent = &law.m * weights.kronecker(&DMatrix::<f64>::identity(inputs, inputs));
+            let mut gain = DMatrix::zeros(law.lx.nrows(), self.states + sent.ncols());
+            gain.columns_mut(0, self.states).copy_from(&law.lx);
+            gain.columns_mut(self.states, sent.ncols()).copy_from(&sent);
+            gain
+        };
+        chain.ages.iter().zip(&chain.channels).map(spelled).collect()
     }
 
     /// The tables of `r(b, m)` for all states of the channel in the last `N-1` cycles, at least one: that of states

@@ -151,7 +151,7 @@ pub fn finite_horizon_reference(
 }
 
 /// Replaces `rhs`, of `columns` columns by rows, by `matrix^# rhs`.
-fn solve_semidefinite(matrix: &DMatrix<f64>, rhs: &mut [f64], columns: usize) {
+pub(super) fn solve_semidefinite(matrix: &DMatrix<f64>, rhs: &mut [f64], columns: usize) {
     let rows = matrix.nrows();
     let mut workspace = vec![0.0; synthesis::semidefinite_workspace_len(rows)];
     synthesis::SemidefiniteFactor::new(matrix.as_slice(), rows, &mut workspace).solve(rhs, columns);

@@ -25,6 +25,11 @@ pub(super) struct Flat {
 
 impl Flat {
     pub(super) fn new(problem: &LoopProblem) -> Self {
+        Self::with_survival(problem, problem.survival())
+    }
+
+    /// The same over a link with this survival function, `N` values.
+    pub(super) fn with_survival(problem: &LoopProblem, survival: Vec<f64>) -> Self {
         Self {
             dimensions: Dimensions {
                 states: problem.a.nrows(),
@@ -36,8 +41,18 @@ impl Flat {
             b: row_major(&problem.b),
             q: row_major(&problem.q),
             r: row_major(&problem.r),
-            survival: problem.survival(),
+            survival,
         }
+    }
+
+    /// P(delay > d) for d = 0..N-1.
+    pub(super) fn survival(&self) -> &[f64] {
+        &self.survival
+    }
+
+    /// `Q`, by rows.
+    pub(super) fn state_weight(&self) -> &[f64] {
+        &self.q
     }
 
     fn problem(&self) -> Problem<'_, f64> {

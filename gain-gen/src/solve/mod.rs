@@ -4,8 +4,9 @@
 //! |---|---|
 //! | `in_flight` | the project's own form: the core's recursion iterated to its fixed point |
 //! | `coupled` | the thesis' recursion over actuator modes: the reference |
+//! | `channel_in_flight` | the project's own form over a channel that comes and goes, known one cycle late |
+//! | `channel_law` | its law in the form the device computes |
 //! | `correlated` | the same over a channel that comes and goes, for controllers that know more or less of it |
-//! | `channel_law` | the law for that in the form the device computes |
 //! | `modes` | the thesis' model of the loop, one set of matrices for each age of the buffer |
 //! | `closed_loop` | that model with given gains: evolution of second moments |
 //! | `finite_horizon` | time-varying gains for a task that ends |
@@ -24,6 +25,7 @@
 //! Conditions that need no gains (how long sequences must at least be) are in [`crate::stability`].
 
 mod age_chain;
+mod channel_in_flight;
 mod channel_law;
 mod closed_loop;
 mod correlated;
@@ -48,6 +50,7 @@ use slqg::{DefaultInput, arrival};
 use std::borrow::Cow;
 
 pub use age_chain::age_transitions;
+pub use channel_in_flight::{ChannelSolution, solve_channel};
 pub use channel_law::ChannelLaw;
 pub(crate) use closed_loop::ClosedLoop;
 pub use closed_loop::mean_square_rate;

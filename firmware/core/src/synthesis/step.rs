@@ -86,6 +86,18 @@ impl<'p, 'w, T: Scalar> Synthesis<'p, 'w, T> {
         self.gains
     }
 
+    /// Computes `Rbar` and `[Gx Gv]` of the present cost-to-go and leaves that as it is: for a link with several states,
+    /// whose expectation over the next one the caller takes.
+    pub fn look_ahead(&mut self) {
+        self.expect();
+    }
+
+    /// `[Gx Gv]`, `N nu x (nx + n_v nu)` row-major, from the last [`Synthesis::look_ahead`]: what a sequence `U` costs
+    /// with `[x; vbar]` at hand is `U^T Rbar U + 2 U^T [Gx Gv] [x; vbar]`.
+    pub fn coupling(&self) -> &[T] {
+        self.linear
+    }
+
     /// `Rbar`, `N nu` square: what a sequence that differs from the optimal one by `d` costs more is `d^T Rbar d`.
     pub fn sequence_cost(&self) -> &[T] {
         self.quadratic

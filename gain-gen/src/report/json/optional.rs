@@ -11,7 +11,8 @@
 //! Symmetric matrices of the trigger are rows of their upper triangle: the first row is whole, the last one number.
 
 use super::{Report, Rows, rows};
-use crate::{margins::Margins, solve::Law};
+use crate::margins::Margins;
+use crate::solve::{Law, Outcome};
 use nalgebra::DMatrix;
 use serde::Serialize;
 
@@ -66,9 +67,10 @@ struct ChannelDesign {
 impl Channel {
     pub(super) fn of(report: &Report) -> Option<Self> {
         let found = report.channel.as_ref()?;
-        let (chain, law) = (&found.correlated.chain, found.law.as_ref());
+        let (chain, law) = (&found.correlated.chain, &found.in_flight.law);
+        let is_found = found.in_flight.outcome == Outcome::Converged;
         let laws = |part: fn(&Law) -> &DMatrix<f64>| {
-            law.map(|law| (0..law.channel_states()).map(|state| rows(part(&law.at(&[state])))).collect())
+            is_found.then(|| (0..law.channel_states()).map(|state| rows(part(&law.at(&[state])))).collect())
         };
         Some(Self {
             ages: chain.ages.clone(),

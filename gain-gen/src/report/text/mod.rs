@@ -102,6 +102,11 @@ impl Report {
                     "verdict and costs take packets as independent; --method coupled adds the channel",
                 )
             }
+            Behaviour::Bus => line(
+                f,
+                "bus",
+                "delays found by running the loop's frames on it; verdict and costs take packets as independent",
+            ),
             Behaviour::Recorded(recording) => {
                 let cycles = recording.cycles();
                 line(
