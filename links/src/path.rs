@@ -18,6 +18,8 @@ pub enum Fate {
     Delayed(usize),
     /// Never arrives.
     Lost,
+    /// Not decided yet: on a bus that depends on what others send.
+    Open,
 }
 
 /// Where the next delay comes from.
@@ -199,7 +201,7 @@ mod tests {
                 path.next_cycle();
                 match fate {
                     Fate::Delayed(delay) => Some(delay),
-                    Fate::Lost => None,
+                    Fate::Lost | Fate::Open => None,
                 }
             })
             .collect();
@@ -238,7 +240,7 @@ mod tests {
                     assert_eq!(delay, 2);
                     seen[2] += 1;
                 }
-                (_, Fate::Lost) => seen[1] += 1,
+                (_, Fate::Lost | Fate::Open) => seen[1] += 1,
             }
             path.next_cycle();
         }

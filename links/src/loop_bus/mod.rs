@@ -63,11 +63,12 @@ impl LoopBus {
         self.plan.message(role).is_some()
     }
 
-    /// Sends a frame in the current cycle, at the time its role does so.
+    /// Sends a frame in the current cycle, at the time its role does so: `payload` is on the bus, padding included, and
+    /// `bytes` is what its receiver makes of it.
     ///
     /// # Panics
-    /// If the bus does not carry the role, or the frame is longer than the plan's format carries.
-    pub fn send(&mut self, role: Role, bytes: &[u8]) {
+    /// If the bus does not carry the role, or its format no payload of that length.
+    pub fn send(&mut self, role: Role, payload: &[u8], bytes: &[u8]) {
         let message = *self.plan.message(role).expect("the bus carries the role");
         let at = self.time(self.cycle, self.plan.sent_at(role));
         self.run_to(at);
@@ -80,7 +81,7 @@ impl LoopBus {
                 }
             }
         }
-        let frame = Frame::new(message.id, self.plan.format, bytes).expect("frames fit the plan's format");
+        let frame = Frame::new(message.id, self.plan.format, payload).expect("frames fit the plan's format");
         let tag = role.tag(self.cycle);
         self.under_way.insert(tag, bytes.to_vec());
         let offered = self.bus.offer(at, role.node(), frame.with_attempts(self.plan.attempts), tag);

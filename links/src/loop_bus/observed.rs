@@ -33,7 +33,7 @@ pub fn observe(plan: &LoopPlan) -> Result<[Option<Recording>; Role::COUNT], Sett
                 }
                 if let Some(message) = plan.message(role) {
                     random.fill_bytes(&mut bytes[..message.bytes]);
-                    bus.send(role, &bytes[..message.bytes]);
+                    bus.send(role, &bytes[..message.bytes], &[]);
                 }
             }
             bus.next_cycle();
