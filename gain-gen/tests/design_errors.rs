@@ -1,5 +1,5 @@
-//! Wrong designs, each one change away from `data/motor.toml` or `data/axis.toml`: every rejection names file, line and
-//! key, what was found and what is allowed. That correct designs are read correctly is in `designs.rs`.
+//! Wrong designs, each one change away from `data/motor.toml`, `data/axis.toml` or `data/gantry.toml`: every rejection names
+//! file, line and key, what was found and what is allowed. That correct designs are read correctly is in `designs.rs`.
 //!
 //! The cases are in `data/design_errors.txt`; here are those that treat all keys alike, and the runner.
 
@@ -52,7 +52,14 @@ const AXIS: Base = Base {
     required: &["cost.q", "tracking.z", "event.send_cost"],
     optional: &["cost.terminal", "tracking.preview", "tracking.preview_tolerance", "tracking.reference"],
 };
-const BASES: [Base; 2] = [MOTOR, AXIS];
+/// Travels on classic CAN.
+const GANTRY: Base = Base {
+    name: "gantry.toml",
+    text: include_str!("data/gantry.toml"),
+    required: &["wire.format", "wire.output_limits"],
+    optional: &["network.acknowledgement"],
+};
+const BASES: [Base; 3] = [MOTOR, AXIS, GANTRY];
 
 impl Base {
     fn rejection(&self, claim: &str, text: &str) -> DesignError {

@@ -71,6 +71,7 @@ fn every_example_loads_and_bears_the_name_of_its_file() {
         "drive_tracking_bad",
         "pendulum",
         "pendulum_bad",
+        "pendulum_can",
         "pendulum_event",
         "pendulum_event_bad",
         "pendulum_tracking",

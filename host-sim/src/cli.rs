@@ -11,6 +11,7 @@ use gain_gen::{
     solve::Method,
 };
 use host_sim::{
+    bus_report,
     contender::{Contender, ContenderError, Kind},
     identify,
     monte_carlo::{Outcome, Plan, Simulate},
@@ -69,6 +70,23 @@ enum Command {
         controller: Kind,
         #[command(flatten)]
         amount: Amount,
+    },
+    /// The CAN bus of a design in one run of the loop: load, fates and response times of all messages, delays.
+    Bus {
+        /// Design file (TOML) with links on a bus.
+        design: PathBuf,
+        /// Control cycles.
+        #[arg(long, value_name = "K", default_value_t = 500, value_parser = clap::value_parser!(u32).range(1..))]
+        steps: u32,
+        /// Seed of all random numbers.
+        #[arg(long, value_name = "S", default_value_t = 1)]
+        seed: u64,
+        /// Also write every frame with its fate to this file, comma-separated.
+        #[arg(long, value_name = "FILE.csv")]
+        frames: Option<PathBuf>,
+        /// Print one JSON object instead of tables.
+        #[arg(long)]
+        json: bool,
     },
     /// Logs of a link to the delays of a design file, with confidence intervals and what speaks against them.
     Identify(identify::Options),
@@ -155,6 +173,9 @@ pub(crate) fn main() -> ExitCode {
         }
         Command::Sweep { options, lengths } => sweep(&options, &lengths),
         Command::Robustness { designs, controller, amount } => robustness(&designs, controller, &amount),
+        Command::Bus { design, steps, seed, frames, json } => {
+            bus(&design, steps, seed, frames.as_deref(), json)
+        }
         Command::Identify(options) => identify::run(&options)
             .map(|text| print!("{text}"))
             .map_err(|error| Failure::Input(error.to_string())),
@@ -299,6 +320,36 @@ fn sweep(options: &Options, lengths: &Lengths) -> Result<(), Failure> {
     }
     options.print(&simulation(&design, options.plan(), outcomes));
     unstable.iter().for_each(|message| eprintln!("not simulated: {message}"));
+    Ok(())
+}
+
+fn bus(path: &Path, steps: u32, seed: u64, frames: Option<&Path>, json: bool) -> Result<(), Failure> {
+    let mut design = Design::load(path).map_err(|error| Failure::Input(error.to_string()))?;
+    let wrong = |error: &dyn Display| Failure::Input(format!("{}: {error}", path.display()));
+    let Some(plan) = &mut design.network.bus else {
+        return Err(wrong(
+            &"network.can: missing: no link is on a bus; give links as { can = { identifier = .. } }",
+        ));
+    };
+    plan.settings.log = frames.is_some();
+    size_class::check(&design).map_err(|error| wrong(&error))?;
+    let plan = Plan { runs: 1, steps: steps as usize, seed };
+    let contender =
+        Contender::new(Kind::Slqg, &design, plan.steps).map_err(|error| refused(&error, &design, path))?;
+    let simulate = Simulate { design: &design, contender: &contender, plan, done: || () };
+    let outcome = dispatch(&design, simulate)
+        .map_err(|error| wrong(&error))?
+        .map_err(|error| wrong(&format_args!("controller.scalar: {error}; compute in f64")))?;
+    let bus = outcome.bus.as_ref().expect("the design has a bus");
+    if let Some((file, text)) = frames.zip(bus_report::frames(bus)) {
+        emit::write(file, &text).map_err(|error| {
+            Failure::Input(format!("{}: cannot write the frames: {error}", file.display()))
+        })?;
+    }
+    match json {
+        true => println!("{}", bus_report::json(&design, bus)),
+        false => print!("{}", bus_report::text(&design, bus, &outcome)),
+    }
     Ok(())
 }
 

@@ -20,7 +20,10 @@ use slqg::{
     estimator::Merging,
     wire::{self, Measurement},
 };
-use slqg_links::path::Fate;
+use slqg_links::{
+    loop_bus::{LoopBus, Role},
+    path::Fate,
+};
 
 /// State beyond this many times its initial or noise scale counts as diverged.
 const DIVERGED: f64 = 1e6;
@@ -57,6 +60,20 @@ pub struct CycleRecord {
     pub control_frame: Option<Fate>,
     /// What became of the measurement frame; `None` in the first cycle, which has none.
     pub measurement_frame: Option<Fate>,
+}
+
+impl CycleRecord {
+    /// Fills in what became of frames that were on a bus, where that was decided later than they were sent.
+    pub fn learn_fates(&mut self, bus: Option<&LoopBus>, cycle: usize) {
+        let open =
+            [(Role::Control, &mut self.control_frame), (Role::Measurement, &mut self.measurement_frame)];
+        for (role, fate) in open {
+            let decided = bus.and_then(|bus| bus.fates(role).get(cycle).copied().flatten());
+            if let (Some(Fate::Open), Some(decided)) = (&fate, decided) {
+                *fate = Some(decided.map_or(Fate::Lost, Fate::Delayed));
+            }
+        }
+    }
 }
 
 /// One cycle of a run, as it happens, in the size class.
@@ -109,21 +126,36 @@ pub struct RunPlan {
     pub run: u64,
 }
 
-/// Runs the loop once; `record` is called with every cycle.
+/// Runs the loop once over the contender's links; `record` is called with every cycle.
 ///
 /// # Panics
-/// If the fitted controller's tables are no gains, which [`Fitted::design`] tells beforehand.
+/// As [`run_over`].
 pub fn run<T: SimScalar, const NX: usize, const NU: usize, const NY: usize>(
     fitted: &Fitted<T, NX, NU, NY>,
     contender: &Contender,
     plan: RunPlan,
     record: impl FnMut(Snapshot<'_, T, NX, NU>),
 ) -> RunResult {
+    let mut network = Network::new(contender, fitted.carrier(), plan.seed, plan.run);
+    run_over(fitted, contender, plan, &mut network, record)
+}
+
+/// Runs the loop once over `network`, on which nothing is under way; `record` is called with every cycle.
+///
+/// # Panics
+/// If the fitted controller's tables are no gains, which [`Fitted::design`] tells beforehand.
+pub fn run_over<T: SimScalar, const NX: usize, const NU: usize, const NY: usize>(
+    fitted: &Fitted<T, NX, NU, NY>,
+    contender: &Contender,
+    plan: RunPlan,
+    network: &mut Network<T, NU, NY>,
+    record: impl FnMut(Snapshot<'_, T, NX, NU>),
+) -> RunResult {
     // Room for estimates only where they are kept apart.
     match contender.merging {
-        Merging::Single => run_with::<T, NX, NU, NY, 1>(fitted, contender, plan, record),
+        Merging::Single => run_with::<T, NX, NU, NY, 1>(fitted, contender, plan, network, record),
         Merging::Imm | Merging::Gpb2 => {
-            run_with::<T, NX, NU, NY, { LONGEST_SEQUENCE + 1 }>(fitted, contender, plan, record)
+            run_with::<T, NX, NU, NY, { LONGEST_SEQUENCE + 1 }>(fitted, contender, plan, network, record)
         }
     }
 }
@@ -132,6 +164,7 @@ fn run_with<T: SimScalar, const NX: usize, const NU: usize, const NY: usize, con
     fitted: &Fitted<T, NX, NU, NY>,
     contender: &Contender,
     plan: RunPlan,
+    network: &mut Network<T, NU, NY>,
     mut record: impl FnMut(Snapshot<'_, T, NX, NU>),
 ) -> RunResult {
     let RunPlan { steps, seed, run } = plan;
@@ -142,7 +175,6 @@ fn run_with<T: SimScalar, const NX: usize, const NU: usize, const NY: usize, con
     controller.round_age(contender.rounds_age);
     let mut actuator = Actuator::<T, NU, LONGEST_SEQUENCE>::new(design.actuator, start);
     let mut plant = PlantRun::new(&fitted.plant, seed, run);
-    let mut network = Network::new(contender, seed, run);
     let scale = fitted.plant.scale();
     let mut frame = vec![0; frame_capacity::<T>(NU, NY)];
     let mut result = RunResult { cost: 0.0, diverged: false, sent: 0, age_sum: 0, rejected: 0 };
@@ -150,7 +182,7 @@ fn run_with<T: SimScalar, const NX: usize, const NU: usize, const NY: usize, con
     for cycle in 0..steps {
         let tick = start + cycle as u32;
         let measurement_frame = (cycle > 0).then(|| {
-            let output = plant.measure().map(T::nearest);
+            let output = fitted.sent(&plant.measure());
             let bytes = wire::encode_measurement(&Measurement { tick, output }, &mut frame)
                 .expect("the buffer holds every frame");
             network.send_measurement(bytes)

@@ -13,6 +13,7 @@ use gain_gen::{
 };
 use nalgebra::DVector;
 use slqg::estimator::Merging;
+use slqg_links::loop_bus::LoopPlan;
 use std::str::FromStr;
 
 /// Most tables of arrival probabilities that a simulated controller may choose from.
@@ -119,6 +120,8 @@ pub struct Contender {
     pub actuator_link: Link,
     /// Its link from the sensor.
     pub sensor_link: Link,
+    /// The bus that links share which are on one.
+    pub bus: Option<LoopPlan>,
     /// Most cycles a measurement may be late and still count.
     pub measurement_buffer: usize,
     /// What becomes of the acknowledgements.
@@ -232,6 +235,7 @@ impl Contender {
             arrives_at_once: actuator_link.delays.arrival(0),
             actuator_link,
             sensor_link,
+            bus: network.bus.clone().filter(|_| kind != Kind::Lqg),
             measurement_buffer,
             acknowledgement_buffer: acknowledgement.reach(network.acknowledged_cycles),
             acknowledgement,
@@ -262,6 +266,7 @@ impl Contender {
         self.actuator_link = network.controller_to_actuator.clone();
         self.sensor_link = network.sensor_to_controller.clone();
         self.acknowledgement = network.acknowledgement.clone();
+        self.bus = network.bus.clone();
     }
 
     fn make_task(

@@ -4,13 +4,14 @@
 //! outputs than the design.
 
 use crate::{
-    contender::{Contender, Foresight},
+    carrier::Carrier,
+    contender::{Contender, Foresight, Kind},
     objective::Objective,
     plant::{TruePlant, padded},
     size_class::{MEMORY, SimScalar},
 };
 use gain_gen::{
-    design::Design,
+    design::{Design, Steps},
     solve::{Law, PreviewGains, TriggerTables},
 };
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
@@ -22,7 +23,9 @@ use slqg::{
     event::{self, InvalidTrigger, packed_index},
     gains::{Gains, InvalidGains, Tables},
     tracking::{self, Feedforward, InvalidPreview},
+    wire::can::{Grid, LARGEST_COUNT},
 };
+use slqg_links::loop_bus::Role;
 
 /// Why a contender cannot be computed in the device's scalar.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
@@ -101,6 +104,12 @@ pub struct Fitted<T: Scalar, const NX: usize, const NU: usize, const NY: usize> 
     acknowledgement_buffer: usize,
     arrives_at_once: T,
     merging: Merging,
+    /// What inputs are rounded to.
+    grid: Option<Grid<T, NU>>,
+    /// What outputs are rounded to before they are sent.
+    output_grid: Option<Grid<T, NY>>,
+    /// Bytes of the frames on a bus, by role.
+    carried: [usize; Role::COUNT],
     /// The plant to simulate.
     pub plant: TruePlant<NX, NU, NY>,
     /// What a run costs.
@@ -181,9 +190,25 @@ impl<T: SimScalar, const NX: usize, const NU: usize, const NY: usize> Fitted<T, 
             acknowledgement_buffer: contender.acknowledgement_buffer.min(MEMORY - 1),
             arrives_at_once: T::nearest(contender.arrives_at_once),
             merging: contender.merging,
+            grid: grid(design, contender.kind, |steps| &steps.inputs),
+            output_grid: grid(design, contender.kind, |steps| &steps.outputs),
+            carried: contender.bus.as_ref().map_or([0; Role::COUNT], |plan| {
+                plan.messages.map(|message| message.map_or(0, |message| message.bytes))
+            }),
             plant: TruePlant::new(&design.plant),
             objective: Objective::new(design, &contender.reference),
         }
+    }
+
+    /// How frames are packed for a bus.
+    pub fn carrier(&self) -> Carrier<T, NU, NY> {
+        Carrier::new(self.grid.zip(self.output_grid), self.carried)
+    }
+
+    /// An output as the sensor sends it.
+    pub fn sent(&self, output: &SVector<f64, NY>) -> SVector<T, NY> {
+        let output = output.map(T::nearest);
+        self.output_grid.as_ref().map_or(output, |grid| grid.round(&output))
     }
 
     fn gains(&self, law: usize, arrival: usize) -> Result<Gains<'_, T, NX, NU>, InvalidGains> {
@@ -223,6 +248,7 @@ impl<T: SimScalar, const NX: usize, const NU: usize, const NY: usize> Fitted<T, 
             trigger: trigger.transpose()?,
             arrives_at_once: self.arrives_at_once,
             merging: self.merging,
+            grid: self.grid,
         })
     }
 
@@ -339,4 +365,17 @@ fn actuator<T: Scalar, const NU: usize>(design: &Design, default_input: DefaultI
             max: SVector::from_fn(|i, _| limits.get(i).map_or(T::zero(), |&(_, max)| T::nearest(max))),
         }),
     }
+}
+
+/// What values are rounded to on the network; a padded one is zero, which is on every grid. Without a network nothing is.
+fn grid<T: Scalar, const D: usize>(
+    design: &Design,
+    kind: Kind,
+    of: impl Fn(&Steps) -> &[f64],
+) -> Option<Grid<T, D>> {
+    let steps = design.wire.steps().filter(|_| kind != Kind::Lqg);
+    steps.map(|steps| Grid {
+        step: SVector::from_fn(|i, _| of(steps).get(i).map_or(T::one(), |&step| T::nearest(step))),
+        largest_count: LARGEST_COUNT,
+    })
 }

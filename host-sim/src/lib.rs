@@ -10,15 +10,19 @@
 //! | [`size_class`] | from matrices of any size to the core's static types, in one place |
 //! | [`fitted`] | a controller's constant data padded to its size class |
 //! | [`objective`] | what a run costs |
+//! | [`carrier`] | frames as a CAN bus carries them |
 //! | [`network`] | the links of a run in use |
 //! | [`closed_loop`] | one run: plant, links and the two ends, cycle by cycle |
 //! | [`monte_carlo`] | many runs in parallel, and what they say together |
 //! | [`robustness`] | designed for one network, run on another |
+//! | [`bus_report`] | load of a bus, and what became of the frames on it |
 //! | [`identify`] | options of the command that reads logs of a link |
 //! | [`output`] | the table, the JSON and the report with pictures |
 //!
 //! Same design, same seed: same numbers, on any number of threads.
 
+pub mod bus_report;
+pub mod carrier;
 pub mod closed_loop;
 pub mod contender;
 pub mod fitted;

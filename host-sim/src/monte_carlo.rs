@@ -1,14 +1,16 @@
 //! Many runs in parallel, and what they say together.
 
 use crate::{
-    closed_loop::{CycleRecord, RunPlan, RunResult, Snapshot, run},
+    closed_loop::{CycleRecord, RunPlan, RunResult, Snapshot, run_over},
     contender::Contender,
     fitted::{Fitted, Unfit},
+    network::Network,
     size_class::{InSizeClass, SimScalar},
 };
 use gain_gen::design::Design;
 use rayon::{ThreadPool, ThreadPoolBuilder, prelude::*};
 use serde::Serialize;
+use slqg_links::loop_bus::LoopBus;
 use std::sync::OnceLock;
 
 /// Stack of a simulating thread in bytes; a controller of the largest class takes 5 MB, and is moved once or twice.
@@ -67,6 +69,8 @@ pub struct Outcome {
     pub total_costs: Vec<f64>,
     /// The first run, cycle by cycle.
     pub first_run: Vec<CycleRecord>,
+    /// The bus of the first run, at its end.
+    pub bus: Option<LoopBus>,
 }
 
 /// Simulates one contender in the size class it is dispatched to.
@@ -98,12 +102,14 @@ impl<P: Fn() + Sync> InSizeClass for Simulate<'_, P> {
         fitted.design()?;
         let tracked = self.design.tracking.as_ref().map_or(0, |tracking| tracking.outputs());
         // Collected in the order of the runs, so that sums do not depend on the threads.
-        let one = |number, record: &mut dyn FnMut(Snapshot<'_, T, NX, NU>)| {
-            run(&fitted, self.contender, RunPlan { steps, seed, run: number }, record)
-        };
+        let network = |number| Network::<T, NU, NY>::new(self.contender, fitted.carrier(), seed, number);
+        let one =
+            |number, network: &mut Network<T, NU, NY>, record: &mut dyn FnMut(Snapshot<'_, T, NX, NU>)| {
+                run_over(&fitted, self.contender, RunPlan { steps, seed, run: number }, network, record)
+            };
         let results: Vec<RunResult> = threads().install(|| {
             let all = (0..runs as u64).into_par_iter().map(|number| {
-                let result = one(number, &mut |_| ());
+                let result = one(number, &mut network(number), &mut |_| ());
                 (self.done)();
                 result
             });
@@ -118,10 +124,14 @@ impl<P: Fn() + Sync> InSizeClass for Simulate<'_, P> {
             cycle.tracked.truncate(tracked);
             first_run.push(cycle);
         };
-        threads().install(|| {
-            let mut keep = keep;
-            one(0, &mut keep)
+        let bus = threads().install(|| {
+            let (mut network, mut keep) = (network(0), keep);
+            one(0, &mut network, &mut keep);
+            network.into_bus()
         });
+        for (cycle, record) in first_run.iter_mut().enumerate() {
+            record.learn_fates(bus.as_ref(), cycle);
+        }
         let send_cost = self.contender.send_cost.unwrap_or(0.0);
         let total_costs: Vec<_> =
             results.iter().map(|result| result.cost + send_cost * result.sent as f64).collect();
@@ -130,6 +140,7 @@ impl<P: Fn() + Sync> InSizeClass for Simulate<'_, P> {
             costs: results.iter().map(|result| result.cost).collect(),
             total_costs,
             first_run,
+            bus,
         })
     }
 }

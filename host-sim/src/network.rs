@@ -48,8 +48,8 @@ impl<T: SimScalar, const NU: usize, const NY: usize> Network<T, NU, NY> {
     ///
     /// # Panics
     /// If its bus cannot be, which reading its design tells beforehand.
-    pub fn new(contender: &Contender, carrier: Option<Carrier<T, NU, NY>>, seed: u64, run: u64) -> Self {
-        let bus = contender.bus.as_ref().zip(carrier).map(|(plan, carrier)| {
+    pub fn new(contender: &Contender, carrier: Carrier<T, NU, NY>, seed: u64, run: u64) -> Self {
+        let bus = contender.bus.as_ref().map(|plan| {
             let bus = LoopBus::new(plan, stream(seed, run, Purpose::Bus));
             (bus.expect("checked with the design"), carrier)
         });
@@ -156,16 +156,7 @@ impl<T: SimScalar, const NU: usize, const NY: usize> Network<T, NU, NY> {
     }
 
     /// The bus, if there is one: load, fates and a log.
-    pub fn bus(&self) -> Option<&LoopBus> {
-        self.bus.as_ref().map(|(bus, _)| bus)
-    }
-
-    /// What became of the frame of a role sent in a cycle, where that was open when it was sent.
-    pub fn fate(&self, role: Role, cycle: usize) -> Fate {
-        match self.bus().and_then(|bus| bus.fates(role).get(cycle).copied().flatten()) {
-            None => Fate::Open,
-            Some(None) => Fate::Lost,
-            Some(Some(delay)) => Fate::Delayed(delay),
-        }
+    pub fn into_bus(self) -> Option<LoopBus> {
+        self.bus.map(|(bus, _)| bus)
     }
 }

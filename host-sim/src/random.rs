@@ -19,6 +19,8 @@ pub enum Purpose {
     ActuatorLink = 4,
     /// Delays of acknowledgements.
     AcknowledgementLink = 5,
+    /// Phase, other traffic and errors of a bus.
+    Bus = 6,
 }
 
 const PURPOSES: u64 = 8;

@@ -4,7 +4,7 @@
 //! states, inputs and outputs stay exactly zero, so results do not depend on the class. A class has room for as many
 //! tracked outputs as states. The padding itself is done in [`crate::fitted`].
 
-use gain_gen::design::{Design, DeviceScalar};
+use gain_gen::design::{Design, DeviceScalar, Misfit};
 use slqg::{
     DefaultInput, Scalar, event,
     event::{InvalidTrigger, Trigger},
@@ -42,6 +42,9 @@ pub enum TooLarge {
     /// The measurement buffer is too long.
     #[error("controller.measurement_buffer: found {0}; the simulator takes up to {max}", max = MEMORY - 1)]
     MeasurementBuffer(usize),
+    /// Frames are too long for the CAN frames that the design names.
+    #[error(transparent)]
+    Frames(#[from] Misfit),
 }
 
 /// Scalars whose tables can be checked; bridges the core's per-type constructors.
@@ -145,6 +148,9 @@ pub fn dispatch<W: InSizeClass>(design: &Design, work: W) -> Result<W::Output, T
     let tracked = design.tracking.as_ref().map_or(0, |tracking| tracking.outputs());
     let size = (plant.states().max(tracked), plant.inputs(), plant.outputs());
     let settings = &design.controller;
+    if let Some(misfit) = design.misfit() {
+        return Err(misfit.into());
+    }
     if settings.sequence_length > LONGEST_SEQUENCE {
         return Err(TooLarge::Sequence(settings.sequence_length));
     }

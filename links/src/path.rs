@@ -178,7 +178,7 @@ mod tests {
         for _ in 0..draws {
             match path.send(&[]) {
                 Fate::Delayed(delay) => counts[delay] += 1,
-                Fate::Lost => counts[4] += 1,
+                Fate::Lost | Fate::Open => counts[4] += 1,
             }
             path.arrived();
             path.next_cycle();

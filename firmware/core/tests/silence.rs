@@ -106,6 +106,7 @@ fn the_loop_recovers_from(back: Back) {
             trigger: None,
             arrives_at_once: DELAYS[0] as f32,
             merging,
+            grid: None,
         };
         let mut run = Loop {
             model: &model,

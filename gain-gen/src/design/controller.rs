@@ -24,6 +24,8 @@ pub struct ControllerSettings {
     pub default_input: DefaultInput,
     /// N^B: a measurement up to this many steps old still enters the estimate, thesis (3.34).
     pub measurement_buffer: usize,
+    /// Whether the design gives it; otherwise it is the largest delay of a measurement.
+    pub buffer_is_given: bool,
     /// Which ages the estimator keeps apart while no acknowledgement decides.
     pub estimator: Merging,
     /// Scalar type of the arithmetic on the device.
@@ -93,6 +95,7 @@ impl ControllerSettings {
             length_choice: None,
             default_input,
             measurement_buffer,
+            buffer_is_given: controller.optional("measurement_buffer", buffer).is_some(),
             estimator,
             scalar,
             input_limits,

@@ -124,6 +124,19 @@ impl<'d> Field<'d> {
         Section { document, key, offset, table }.only(allowed)
     }
 
+    /// The value of `name` in the table behind this key, whose other keys are read elsewhere; `None` if there is none. Only
+    /// for errors about it: it has no meaning of its own.
+    pub(super) fn inner(&self, name: &str) -> Option<Field<'d>> {
+        let (key, value) = self.value.as_table()?.get_key_value(name)?;
+        Some(Field {
+            key: format!("{}.{name}", self.key),
+            offset: key.span().start,
+            value: value.get_ref(),
+            meaning: "",
+            document: self.document,
+        })
+    }
+
     pub(super) fn is_text(&self) -> bool {
         self.value.is_str()
     }

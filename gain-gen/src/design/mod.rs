@@ -4,10 +4,12 @@
 //! definite, and the plant can be stabilised and observed. Whether it can be stabilised *over this network* is
 //! a result of the synthesis, not a property of the file.
 //!
-//! One file per table (`plant`, `cost`, `network` with its `link` and its bus (`can`), `controller`, `tracking` with its `reference` and `set_point`,
-//! `event`), the ideas they share beside them: places in the file (`document`, `syntax`), definiteness (`symmetric`),
+//! One file per table (`plant`, `cost`, `network` with its `link` and its bus (`can`, `bus`), `controller`, `tracking` with
+//! its `reference` and `set_point`, `event`, `wire`), the ideas they share beside them: places in the file (`document`,
+//! `syntax`), definiteness (`symmetric`),
 //! unstable modes (`modes`), states that a constant input holds (`equilibrium`).
 
+mod bus;
 mod can;
 mod controller;
 mod cost;
@@ -24,6 +26,7 @@ mod set_point;
 mod symmetric;
 mod syntax;
 mod tracking;
+mod wire;
 
 pub use controller::{ControllerSettings, DeviceScalar, LONGEST_SEQUENCE};
 pub use cost::Cost;
@@ -39,6 +42,7 @@ pub use slqg_links::{
     markov::MarkovLink,
 };
 pub use tracking::{Goal, Preview, Tracking, Trajectory};
+pub use wire::{FrameBytes, Misfit, Steps, WireSettings};
 
 use document::{Document, Section};
 use std::path::Path;
@@ -62,6 +66,8 @@ pub struct Design {
     pub tracking: Option<Tracking>,
     /// What a control packet costs; `None`: one is sent in every cycle.
     pub event: Option<Event>,
+    /// What carries the frames.
+    pub wire: WireSettings,
 }
 
 impl Design {
@@ -92,7 +98,7 @@ impl Design {
     pub fn parse(text: &str, origin: &str) -> Result<Self, DesignError> {
         let document = Document { origin, text };
         let table = DeTable::parse(text).map_err(|error| syntax::rejected(document, &error))?;
-        let keys = ["name", "plant", "cost", "network", "controller", "tracking", "event"];
+        let keys = ["name", "plant", "cost", "network", "controller", "tracking", "event", "wire"];
         let root = Section::root(document, table.get_ref(), &keys)?;
         let name = root.required("name", "a name, such as \"pendulum\"")?;
         if name.text()?.trim().is_empty() {
@@ -103,14 +109,22 @@ impl Design {
         let tracked = outputs.as_ref().map(|outputs| &outputs.z);
         let (cost, weights) = Cost::read(&root, &plant, &unstable, tracked)?;
         let tracking = outputs.map(|outputs| outputs.finish(&plant, weights, &cost.r)).transpose()?;
-        let network = Network::read(&root, origin, plant.sample_time)?;
+        let mut network = Network::read(&root, origin, plant.sample_time)?;
         let (controller, tolerance) =
             ControllerSettings::read(&root, plant.inputs(), network.sensor_to_controller.largest_delay())?;
         let event = Event::read(&root)?;
-        let mut design =
-            Design { name: name.text()?.into(), plant, cost, network, controller, tracking, event };
+        let wire = WireSettings::read(&root, &plant, &controller, &mut network)?;
+        let name = name.text()?.into();
+        let mut design = Design { name, plant, cost, network, controller, tracking, event, wire };
+        bus::check(&root, &design)?;
+        let mut arrives = design.run_on_bus();
         if let Some(tolerance) = tolerance {
             design.choose_length(tolerance);
+            arrives &= design.run_on_bus();
+        }
+        WireSettings::check(&root, &design)?;
+        if !arrives {
+            return Err(bus::nothing_arrives(&root));
         }
         Ok(design)
     }

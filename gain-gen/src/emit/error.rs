@@ -1,5 +1,6 @@
 //! Why a design is not written.
 
+use crate::design::Misfit;
 use crate::report::NotStabilised;
 use crate::solve::PreviewTooLong;
 use slqg::blob::EncodeError;
@@ -13,6 +14,9 @@ pub enum EmitError {
     /// The preview that the design asks for is too long.
     #[error(transparent)]
     Preview(#[from] PreviewTooLong),
+    /// The frames are too long for what is to carry them.
+    #[error(transparent)]
+    Wire(#[from] Misfit),
     /// A number is beyond what the device's scalar can hold.
     #[error("{table}: found {value:e}, which {scalar} cannot hold; {advice}")]
     OutOfRange {

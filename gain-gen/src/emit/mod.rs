@@ -43,8 +43,9 @@ pub fn emit(report: &Report, origin: &str, format: Format) -> Result<String, Emi
     }
 }
 
-/// A loop that runs for ever must be stable and know its preview; a task that ends needs neither.
+/// A loop that runs for ever must be stable and know its preview; a task that ends needs neither. Frames must fit either way.
 fn writable(report: &Report) -> Result<(), EmitError> {
+    report.design.misfit().map_or(Ok(()), Err)?;
     if report.task.is_none() {
         report.require_stable()?;
         report.require_preview()?;
@@ -59,6 +60,9 @@ fn law_alone(report: &Report, format: &'static str) -> Result<(), EmitError> {
     }
     if report.design.event.is_some() {
         return Err(EmitError::LawAlone { key: "event", format, missing: "the decision whether to send" });
+    }
+    if report.design.wire.steps().is_some() {
+        return Err(EmitError::LawAlone { key: "wire", format, missing: "the rounding of the inputs" });
     }
     match report.task {
         None => Ok(()),

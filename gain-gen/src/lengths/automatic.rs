@@ -92,6 +92,8 @@ impl Design {
     pub fn set_sequence_length(&mut self, length: usize) {
         self.controller.sequence_length = length;
         self.controller.length_choice = None;
+        // Longer frames take longer on a bus. Where none of them arrives, the delays stay those of the length before.
+        self.run_on_bus();
     }
 
     /// Takes another default input. A length that the design leaves open is chosen anew.

@@ -1,7 +1,8 @@
 //! What a design comes to: gains, the stability verdict and the figures behind it.
 //!
 //! [`Report`] holds them all; `text` and `json` only write them down, and so does [`crate::emit`].
-//! `condition` says which condition for stability fails, `channel` what a link that comes and goes adds, `task` a task of finite length, `names` how things are
+//! `condition` says which condition for stability fails, `channel` what a link that comes and goes adds, `task` what a task of
+//! finite length adds, `rounding` what counted values cost, `names` how things are
 //! called in files, `figure` how numbers are spelled for people.
 
 mod channel;
@@ -9,6 +10,7 @@ mod condition;
 mod figure;
 mod json;
 mod names;
+mod rounding;
 mod task;
 mod text;
 

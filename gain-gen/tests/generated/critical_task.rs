@@ -233,6 +233,7 @@ pub static DESIGN: slqg::controller::Design<'static, Scalar, STATES, INPUTS, OUT
         trigger: None,
         arrives_at_once: 0.25,
         merging: slqg::estimator::Merging::Single,
+        grid: None,
     };
 
 /// A controller with room for this design.

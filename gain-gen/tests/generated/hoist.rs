@@ -161,6 +161,7 @@ pub static DESIGN: slqg::controller::Design<'static, Scalar, STATES, INPUTS, OUT
         trigger: None,
         arrives_at_once: 0.5,
         merging: slqg::estimator::Merging::Single,
+        grid: None,
     };
 
 /// A controller with room for this design.

@@ -226,6 +226,7 @@ pub static DESIGN: slqg::controller::Design<'static, Scalar, STATES, INPUTS, OUT
         trigger: Some(TRIGGER),
         arrives_at_once: 0.5,
         merging: slqg::estimator::Merging::Single,
+        grid: None,
     };
 
 /// A controller with room for this design.

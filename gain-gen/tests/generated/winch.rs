@@ -121,6 +121,7 @@ pub static DESIGN: slqg::controller::Design<'static, Scalar, STATES, INPUTS, OUT
         trigger: None,
         arrives_at_once: 0.625,
         merging: slqg::estimator::Merging::Imm,
+        grid: None,
     };
 
 /// A controller with room for this design.

@@ -48,7 +48,7 @@ impl Length {
     /// At most, whatever the identifier and the data.
     ///
     /// Classic, n bytes: `g + 8n + 10 + floor((g + 8n - 1) / 4)` bits with g = 34 (11-bit identifier) or 54 (29 bits);
-    /// with the intermission of 3 bits these are 55 + 10n and 80 + 10n (Davis, Burns, Bril, Lukkien 2007, eq. 1).
+    /// with the intermission of 3 bits these are 55 + 10n and 80 + 10n (Davis, Burns, Bril, Lukkien 2007).
     /// CAN FD: at most `floor((h - 1) / 4)` stuff bits in the h bits up to BRS, and `floor((d - 2) / 4)` in all d
     /// bits from SOF to the last data bit; as many as possible of them before the switch, where bits are longer.
     ///

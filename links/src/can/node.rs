@@ -135,3 +135,21 @@ impl Node {
         self.receive_errors = 0;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_good_frame_makes_a_passive_receiver_active_again() {
+        let mut node = Node::new(1);
+        (0..127).for_each(|_| node.failed_to_receive());
+        assert!(!node.is_passive());
+        (0..200).for_each(|_| node.failed_to_receive());
+        assert!(node.is_passive() && node.off.is_none(), "receive errors never lead to bus-off");
+        node.received();
+        assert_eq!((node.counters(), node.is_passive()), ((0, 119), false));
+        node.received();
+        assert_eq!(node.counters(), (0, 118));
+    }
+}

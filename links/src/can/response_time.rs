@@ -19,7 +19,7 @@ pub struct Periodic {
 /// nominal bit. All in nanoseconds.
 ///
 /// Davis, Burns, Bril, Lukkien: Controller Area Network (CAN) schedulability analysis: refuted, revisited and revised,
-/// Real-Time Systems 35, 2007, section 3: with blocking B (the longest less urgent frame), hp the more urgent messages,
+/// Real-Time Systems 35, 2007: with blocking B (the longest less urgent frame), hp the more urgent messages,
 ///
 /// ```text
 /// t    = B + sum over hp and m of ceil((t + J_k) / T_k) C_k                  busy period; Q = ceil((t + J_m) / T_m)

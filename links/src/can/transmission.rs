@@ -15,7 +15,7 @@ const FLAG: u32 = 6;
 /// Most that flags of other nodes lengthen it, in bits.
 const LONGEST_ECHO: u32 = 6;
 /// Error delimiter, in bits.
-const DELIMITER: u32 = 9;
+const DELIMITER: u32 = 8;
 /// Wait of an error-passive sender after the intermission, in bits.
 const SUSPENSION: u32 = 8;
 /// Recessive bits that count as one sequence for the way back from bus-off.

@@ -63,6 +63,11 @@ impl LoopBus {
         self.plan.message(role).is_some()
     }
 
+    /// How the loop uses the bus.
+    pub fn plan(&self) -> &LoopPlan {
+        &self.plan
+    }
+
     /// Sends a frame in the current cycle, at the time its role does so: `payload` is on the bus, padding included, and
     /// `bytes` is what its receiver makes of it.
     ///

@@ -35,7 +35,8 @@ impl Role {
         cycle * Self::COUNT as u64 + self as u64
     }
 
-    pub(super) fn of(tag: u64) -> Self {
+    /// The role of the frame with this tag.
+    pub fn of(tag: u64) -> Self {
         Self::ALL[(tag % Self::COUNT as u64) as usize]
     }
 

@@ -9,6 +9,7 @@ use crate::{
     event::Trigger,
     gains::Gains,
     tracking::Preview,
+    wire::can::Grid,
 };
 
 /// Everything a controller is told at design time.
@@ -33,6 +34,9 @@ pub struct Design<'a, T, const NX: usize, const NU: usize, const NY: usize> {
     pub arrives_at_once: T,
     /// What the estimator keeps apart while no acknowledgement decides.
     pub merging: Merging,
+    /// What inputs are rounded to before they are remembered and sent, where the carrier counts them; `None` sends them as
+    /// they are computed.
+    pub grid: Option<Grid<T, NU>>,
 }
 
 /// Why a design does not fit a controller.
@@ -54,6 +58,8 @@ pub enum InvalidDesign {
     Estimates,
     /// The probability to arrive at once is not within 0..=1.
     NotAProbability,
+    /// A step of the grid is not positive, or a value on it not finite.
+    Grid,
 }
 
 impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize> Design<'_, T, NX, NU, NY> {
@@ -81,6 +87,9 @@ impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize> Design<'_, T,
         // NaN is outside.
         if !(T::zero()..=T::one()).contains(&self.arrives_at_once) {
             return Err(InvalidDesign::NotAProbability);
+        }
+        if self.grid.as_ref().is_some_and(|grid| !grid.is_valid()) {
+            return Err(InvalidDesign::Grid);
         }
         Ok(())
     }

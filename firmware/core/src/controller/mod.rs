@@ -237,6 +237,10 @@ impl<
         let expected = self.in_flight.expected_inputs(&self.design.gains);
         let mut inputs = self.design.gains.sequence(self.filter.posterior_mean(), &expected);
         self.feedforward.add_to(&mut inputs);
+        if let Some(grid) = &self.design.grid {
+            // Before anything remembers them: the actuator gets no others.
+            inputs.iter_mut().for_each(|input| *input = grid.round(input));
+        }
         let sequence = ControlSequence { tick, inputs };
         let frame = if !sequence.is_finite() {
             count(&mut self.counts.not_finite);

@@ -25,6 +25,13 @@ struct Header {
     tick: Tick,
 }
 
+/// Whether the last bytes of `frame` are the checksum of those before.
+pub(super) fn checksum_fits(frame: &[u8]) -> bool {
+    frame
+        .split_last_chunk::<CHECKSUM_LEN>()
+        .is_some_and(|(content, checksum)| CHECKSUM.checksum(content) == u32::from_le_bytes(*checksum))
+}
+
 /// Writes a frame front to back into a caller's buffer.
 pub(super) struct Writer<'b> {
     buffer: &'b mut [u8],
@@ -68,8 +75,8 @@ impl<'f> Reader<'f> {
         if frame.len() < HEADER_LEN + CHECKSUM_LEN {
             return Err(DecodeError::TooShort);
         }
-        let (content, checksum) = frame.split_last_chunk::<CHECKSUM_LEN>().ok_or(DecodeError::TooShort)?;
-        if CHECKSUM.checksum(content) != u32::from_le_bytes(*checksum) {
+        let (content, _) = frame.split_last_chunk::<CHECKSUM_LEN>().ok_or(DecodeError::TooShort)?;
+        if !checksum_fits(frame) {
             return Err(DecodeError::Checksum);
         }
         let mut reader = Self { rest: content };

@@ -13,11 +13,15 @@
 //!
 //! Nothing decoded is used before it is checked: checksum first, then version, kind, scalar, dimensions,
 //! length, and that every number is finite. Decoding never panics, whatever the bytes are. How frames are
-//! carried (UART, CAN, UDP) is not known here.
+//! carried (UART, UDP) is not known here; a carrier whose own frames are too short for these, or of fixed lengths, has a
+//! room of its own, [`can`].
 
+pub mod can;
 mod envelope;
+mod length;
 mod payload;
 
+pub use length::frame_len;
 pub use payload::{
     Acknowledgement, MOST_AGES, Measurement, decode_acknowledgement, decode_control, decode_measurement,
     encode_acknowledgement, encode_control, encode_measurement,

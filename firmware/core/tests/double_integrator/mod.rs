@@ -108,6 +108,7 @@ impl<T: Number> Workshop<T> {
             trigger: None,
             arrives_at_once: T::nearest(DELAYS[0]),
             merging: Merging::Single,
+            grid: None,
         }
     }
 }

@@ -4,8 +4,9 @@
 //! differently carry `#[rustfmt::skip]`.
 //!
 //! Here is what every design has. What replaces the law in a task of finite length is in `task`, what a reference adds in
-//! `tracking`, what an event trigger adds in `trigger`.
+//! `tracking`, what an event trigger adds in `trigger`, what classic CAN adds in `grid`.
 
+mod grid;
 mod task;
 mod tracking;
 mod trigger;
@@ -35,7 +36,9 @@ pub(super) fn source(report: &Report, origin: &str) -> Result<String, EmitError>
             parts.extend(tracking::feedforward(report, task)?);
         }
     }
-    parts.extend([model(report)?, nodes(report)?]);
+    parts.push(model(report)?);
+    parts.extend(grid::grids(report)?);
+    parts.push(nodes(report)?);
     Ok(parts.join("\n"))
 }
 
@@ -238,6 +241,7 @@ pub static DESIGN: slqg::controller::Design<'static, Scalar, STATES, INPUTS, OUT
         trigger: {trigger},
         arrives_at_once: {arrives_at_once},
         merging: {merging},
+        grid: {grid},
     }};
 
 /// A controller with room for this design.
@@ -254,6 +258,7 @@ pub type Actuator = slqg::actuator::Actuator<Scalar, INPUTS, SEQUENCE_LENGTH>;
         trigger = optional("TRIGGER", report.task.is_none() && report.trigger.is_some()),
         arrives_at_once = arrival.number(LoopProblem::of(&report.design).arrives_at_once())?,
         merging = merging(report),
+        grid = optional("INPUT_GRID", report.design.wire.steps().is_some()),
     ))
 }
 

@@ -9,7 +9,7 @@ use super::{FailedCondition, Report, Verdict, default_input_name, estimator_name
 use crate::design::Acknowledgement;
 use crate::solve::LoopProblem;
 use nalgebra::DMatrix;
-use optional::{Channel, Event, MarginFigures, Task, Tracking};
+use optional::{Channel, Event, MarginFigures, Task, Tracking, Wire};
 use serde::Serialize;
 
 pub(crate) use layout::line_per_field;
@@ -65,6 +65,9 @@ pub(crate) struct Document<'r> {
     estimator: &'static str,
     /// Null where nothing is acknowledged.
     acknowledged_cycles: Option<usize>,
+    /// Only on CAN.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    wire: Option<Wire<'r>>,
 }
 
 /// [`crate::estimation::Estimation`]; null: unbounded, or no bound is known.
@@ -124,6 +127,7 @@ impl<'r> Document<'r> {
             estimator: estimator_name(report.design.controller.estimator),
             acknowledged_cycles: (network.acknowledgement != Acknowledgement::None)
                 .then_some(network.acknowledged_cycles),
+            wire: Wire::of(report),
         }
     }
 }

@@ -7,10 +7,12 @@
 //! | `task` | the laws of a task of finite length, when asked for |
 //! | `tracking` | a design with `[tracking]` |
 //! | `event` | a design with `[event]` |
+//! | `wire` | a design with `[wire]` whose frames travel on CAN |
 //!
 //! Symmetric matrices of the trigger are rows of their upper triangle: the first row is whole, the last one number.
 
 use super::{Report, Rows, rows};
+use crate::design::{Steps, WireSettings};
 use crate::margins::Margins;
 use crate::solve::{Law, Outcome};
 use nalgebra::DMatrix;
@@ -187,6 +189,51 @@ impl Event {
             sequence: tables.and_then(|tables| {
                 triangles(&tables.sequence, [report.design.controller.sequence_length * inputs]).pop()
             }),
+        })
+    }
+}
+
+/// Frames on a CAN bus.
+#[derive(Serialize)]
+pub(super) struct Wire<'r> {
+    format: &'static str,
+    /// Data bytes of each CAN frame; null if it is too small.
+    measurement_bytes: Option<usize>,
+    control_bytes: Option<usize>,
+    /// Null also where nothing is acknowledged.
+    acknowledgement_bytes: Option<usize>,
+    /// What would fit; null if all does.
+    misfit: Option<String>,
+    /// Null where values are not counted.
+    #[serde(flatten)]
+    rounding: Option<Rounding<'r>>,
+}
+
+/// What a count stands for, in the unit of each input and output.
+#[derive(Serialize)]
+struct Rounding<'r> {
+    input_steps: &'r [f64],
+    output_steps: &'r [f64],
+    /// Per step, see [`Report::rounding_cost`].
+    rounding_cost: Option<f64>,
+}
+
+impl<'r> Wire<'r> {
+    pub(super) fn of(report: &'r Report) -> Option<Self> {
+        let design = &report.design;
+        let bytes = design.carried_bytes();
+        let rounding = design.wire.steps().map(|Steps { inputs, outputs }| Rounding {
+            input_steps: inputs,
+            output_steps: outputs,
+            rounding_cost: report.rounding_cost(),
+        });
+        (design.wire != WireSettings::Bytes).then(|| Self {
+            format: design.wire.name(),
+            measurement_bytes: bytes.map(|bytes| bytes.measurement),
+            control_bytes: bytes.map(|bytes| bytes.control),
+            acknowledgement_bytes: bytes.and_then(|bytes| bytes.acknowledgement),
+            misfit: design.misfit().map(|misfit| misfit.to_string()),
+            rounding,
         })
     }
 }

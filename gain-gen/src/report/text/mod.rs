@@ -1,9 +1,10 @@
 //! The report as one screen of text, every figure with its unit.
 //!
 //! Here are the sections that every report of a stable loop has; those that are there only for some designs, or when asked
-//! for, are in `optional`.
+//! for, are in `optional`, and what travels on CAN is in `wire`.
 
 mod optional;
+mod wire;
 
 use super::figure::{counted, duration, figure, grouped, percent};
 use super::{FailedCondition, Report, Verdict, default_input_name, estimator_name, scalar_name};
@@ -34,6 +35,7 @@ impl Display for Report {
             self.estimation(f)?;
             self.tracking(f)?;
             self.event(f)?;
+            self.wire(f)?;
             self.margins(f)?;
             self.tables(f)?;
             self.state_gain(f)?;

@@ -1,0 +1,83 @@
+//! Why frames do not go into classic CAN frames, or come out of them.
+
+use super::{MOST_CYCLES, MOST_VALUES};
+use crate::wire::{DecodeError, EncodeError};
+
+/// Why a compact form cannot be.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum InvalidCompact {
+    /// Two kinds of frame share an identifier.
+    Identifiers,
+    /// A step is not positive, or a value on the grid is not finite.
+    Grid,
+}
+
+impl core::fmt::Display for InvalidCompact {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(match self {
+            Self::Identifiers => "two kinds of frame share a CAN identifier",
+            Self::Grid => "a step that is not positive, or so large that values are not finite",
+        })
+    }
+}
+
+impl core::error::Error for InvalidCompact {}
+
+/// Why a frame does not go into a classic CAN frame.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PackError {
+    /// The bytes are no frame of this loop.
+    Decode(DecodeError),
+    /// A measurement or a sequence of no value, or of more than [`MOST_VALUES`]; holds the number found.
+    Values(usize),
+    /// An acknowledgement of more than [`MOST_CYCLES`]; holds the number found.
+    Cycles(usize),
+    /// The driver's type takes no frame of this identifier and length.
+    Refused,
+}
+
+impl core::fmt::Display for PackError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            Self::Decode(reason) => reason.fmt(f),
+            Self::Values(found) => {
+                write!(f, "a frame of {found} values; a classic CAN frame carries 1 to {MOST_VALUES}")
+            }
+            Self::Cycles(found) => {
+                write!(f, "an acknowledgement of {found} cycles; a classic CAN frame carries {MOST_CYCLES}")
+            }
+            Self::Refused => f.write_str("the CAN driver's frame type takes no such frame"),
+        }
+    }
+}
+
+impl core::error::Error for PackError {}
+
+/// Why a classic CAN frame is no frame of this loop.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum UnpackError {
+    /// Its identifier is none of this loop's.
+    Identifier,
+    /// A remote frame: it carries no data.
+    Remote,
+    /// So many bytes of data do not belong to a frame of this identifier.
+    Length(usize),
+    /// A count beyond the grid's largest; -32768 always is.
+    Count,
+    /// The full frame could not be written.
+    Encode(EncodeError),
+}
+
+impl core::fmt::Display for UnpackError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            Self::Identifier => f.write_str("a CAN identifier that is none of this loop's"),
+            Self::Remote => f.write_str("a remote frame"),
+            Self::Length(found) => write!(f, "{found} bytes of data, not what this identifier comes with"),
+            Self::Count => f.write_str("a count beyond the grid's largest"),
+            Self::Encode(reason) => reason.fmt(f),
+        }
+    }
+}
+
+impl core::error::Error for UnpackError {}

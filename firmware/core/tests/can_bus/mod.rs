@@ -1,0 +1,62 @@
+//! A classic CAN frame, as a driver would have it, and a loop's compact form on it.
+
+use embedded_can::{Frame, Id, StandardId};
+use nalgebra::SVector;
+use slqg::wire::can::{Compact, Grid, Identifiers, LARGEST_COUNT};
+use slqg::{Scalar, nalgebra};
+
+/// Whatever a bus may deliver: drivers differ in what they let through.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct BusFrame {
+    pub(crate) id: Id,
+    pub(crate) is_remote: bool,
+    pub(crate) data: Vec<u8>,
+}
+
+impl Frame for BusFrame {
+    fn new(id: impl Into<Id>, data: &[u8]) -> Option<Self> {
+        (data.len() <= 8).then(|| Self { id: id.into(), is_remote: false, data: data.into() })
+    }
+    fn new_remote(id: impl Into<Id>, dlc: usize) -> Option<Self> {
+        (dlc <= 8).then(|| Self { id: id.into(), is_remote: true, data: vec![0; dlc] })
+    }
+    fn is_extended(&self) -> bool {
+        matches!(self.id, Id::Extended(_))
+    }
+    fn is_remote_frame(&self) -> bool {
+        self.is_remote
+    }
+    fn id(&self) -> Id {
+        self.id
+    }
+    fn dlc(&self) -> usize {
+        self.data.len()
+    }
+    fn data(&self) -> &[u8] {
+        &self.data
+    }
+}
+
+pub(crate) fn standard(id: u16) -> Id {
+    Id::Standard(StandardId::new(id).expect("11 bits"))
+}
+
+pub(crate) fn identifiers() -> Identifiers {
+    Identifiers {
+        measurement: standard(0x120),
+        control: standard(0x121),
+        acknowledgement: standard(0x122), //
+    }
+}
+
+pub(crate) fn grid<T: Scalar, const D: usize>(steps: [f64; D]) -> Grid<T, D> {
+    Grid { step: SVector::from(steps.map(T::nearest)), largest_count: LARGEST_COUNT }
+}
+
+/// One input in steps of 12/32767, two outputs in steps of 1/4 and 1/1024.
+#[allow(dead_code)]
+pub(crate) fn compact<T: Scalar>() -> Compact<T, 1, 2> {
+    let full_scale =
+        Grid { step: SVector::from([T::nearest(12.0) / T::nearest(32767.0)]), largest_count: LARGEST_COUNT };
+    Compact::new(identifiers(), full_scale, grid([0.25, 1.0 / 1024.0])).expect("a valid form")
+}
