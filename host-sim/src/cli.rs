@@ -1,4 +1,4 @@
-//! Command line: `host-sim run`, `host-sim sweep` and `host-sim identify`.
+//! Command line: `host-sim run`, `host-sim sweep`, `host-sim identify` and `host-sim node`.
 //!
 //! Exit status: 0 done; 2 the input is wrong; 3 the loop cannot be stabilised.
 
@@ -15,6 +15,7 @@ use host_sim::{
     contender::{Contender, ContenderError, Kind},
     identify,
     monte_carlo::{Outcome, Plan, Simulate},
+    node::{self, NodeError},
     output::{self, Simulation},
     robustness::{self, Robustness},
     size_class::{self, dispatch},
@@ -90,6 +91,8 @@ enum Command {
     },
     /// Logs of a link to the delays of a design file, with confidence intervals and what speaks against them.
     Identify(identify::Options),
+    /// One node of the loop in real time: controller, actuator, plant, or a link between them.
+    Node(node::Options),
 }
 
 #[derive(Args)]
@@ -179,6 +182,12 @@ pub(crate) fn main() -> ExitCode {
         Command::Identify(options) => identify::run(&options)
             .map(|text| print!("{text}"))
             .map_err(|error| Failure::Input(error.to_string())),
+        Command::Node(options) => {
+            node::run(&options).map(|text| print!("{text}")).map_err(|error| match error {
+                NodeError::Input(message) => Failure::Input(message),
+                NodeError::Unstable(message) => Failure::Unstable(message),
+            })
+        }
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,

@@ -17,6 +17,7 @@
 //! | [`robustness`] | designed for one network, run on another |
 //! | [`bus_report`] | load of a bus, and what became of the frames on it |
 //! | [`identify`] | options of the command that reads logs of a link |
+//! | [`node`] | the same loop in real time, as processes that pass each other datagrams |
 //! | [`output`] | the table, the JSON and the report with pictures |
 //!
 //! Same design, same seed: same numbers, on any number of threads.
@@ -29,6 +30,7 @@ pub mod fitted;
 pub mod identify;
 pub mod monte_carlo;
 pub mod network;
+pub mod node;
 pub mod objective;
 pub mod output;
 pub mod plant;

@@ -1,0 +1,149 @@
+//! The actuator node: the core's [`Actuator`], one cycle at a time on the wall clock.
+//!
+//! Which sequence is played is the core's to decide. A node that was killed begins again with an empty buffer, and applies
+//! the default input until the next sequence comes.
+
+use super::{
+    applied::AppliedInput,
+    arrivals::Arrivals,
+    clock::{Due, Pacer, WallTime, tick_of},
+    event_loop::{Channel, Node, Outbox},
+    statistics::{Figure, Mean, Punctuality, Section},
+};
+use crate::size_class::{LONGEST_SEQUENCE, SimScalar};
+use slqg::{
+    actuator::{Actuator, Settings},
+    wire::{LONGEST_ACKNOWLEDGEMENT, decode_control, encode_acknowledgement},
+};
+
+/// Frames kept for one cycle; more are a flood, and lost.
+const INBOX: usize = 256;
+
+/// An actuator in real time.
+#[derive(Debug)]
+pub struct ActuatorNode<T: SimScalar, const NU: usize> {
+    settings: Settings<T, NU>,
+    /// The design's own, without padding.
+    inputs: usize,
+    /// Cycles that an acknowledgement tells; none are sent if 0.
+    acknowledged_cycles: usize,
+    pacer: Pacer,
+    core: Option<Actuator<T, NU, LONGEST_SEQUENCE>>,
+    /// Frames since the last cycle. The core takes none of a cycle that it has not caught up with.
+    inbox: Vec<Vec<u8>>,
+    punctuality: Punctuality,
+    control_frames: Arrivals,
+    default_inputs: u64,
+    age: Mean,
+    rejected: u64,
+    overflowed: u64,
+}
+
+impl<T: SimScalar, const NU: usize> ActuatorNode<T, NU> {
+    /// A node with an empty buffer and `inputs` inputs. Its acknowledgements tell `acknowledged_cycles` cycles; of 0 it
+    /// sends none.
+    pub fn new(
+        settings: Settings<T, NU>,
+        inputs: usize,
+        acknowledged_cycles: usize,
+        pacer: Pacer,
+        punctuality: Punctuality,
+    ) -> Self {
+        Self {
+            settings,
+            inputs,
+            acknowledged_cycles,
+            pacer,
+            core: None,
+            inbox: Vec::new(),
+            punctuality,
+            control_frames: Arrivals::default(),
+            default_inputs: 0,
+            age: Mean::default(),
+            rejected: 0,
+            overflowed: 0,
+        }
+    }
+
+    fn cycle(&mut self, cycle: u64, outbox: &mut Outbox) {
+        let tick = tick_of(cycle);
+        let core = self.core.get_or_insert_with(|| Actuator::new(self.settings, tick));
+        // Cycles that nobody woke up in: what would have been played in them is not applied any more.
+        while tick.is_after(core.tick()) {
+            core.step();
+        }
+        for frame in self.inbox.drain(..) {
+            self.rejected += u64::from(core.receive(&frame).is_err());
+        }
+        let applied = core.step();
+        match applied.age.steps() {
+            Some(age) => self.age.add(age as f64),
+            None => self.default_inputs += 1,
+        }
+        let input = applied.input.iter().take(self.inputs).map(|value| value.widen()).collect();
+        outbox.push((Channel::AppliedInput, AppliedInput { tick, age: applied.age, input }.encode()));
+        if self.acknowledged_cycles == 0 {
+            return;
+        }
+        let mut frame = [0; LONGEST_ACKNOWLEDGEMENT];
+        let told = core.acknowledgement(self.acknowledged_cycles);
+        if let Some(Ok(frame)) = told.map(|told| encode_acknowledgement::<T>(&told, &mut frame)) {
+            outbox.push((Channel::Acknowledgement, frame.to_vec()));
+        }
+    }
+}
+
+impl<T: SimScalar, const NU: usize> Node for ActuatorNode<T, NU> {
+    fn next(&self) -> Option<WallTime> {
+        Some(self.pacer.next())
+    }
+
+    fn act(&mut self, now: WallTime, outbox: &mut Outbox) {
+        let due = self.pacer.due(now);
+        self.punctuality.note(due);
+        match due {
+            Due::Nothing => {}
+            Due::Act { cycle, .. } => self.cycle(cycle, outbox),
+            Due::BeginAnew { cycle, .. } => {
+                self.core = None;
+                self.cycle(cycle, outbox);
+            }
+        }
+    }
+
+    fn receive(&mut self, packet: &[u8], now: WallTime) {
+        let Ok(sequence) = decode_control::<T, NU, LONGEST_SEQUENCE>(packet) else {
+            self.rejected += 1;
+            return;
+        };
+        self.control_frames.note(sequence.tick, self.pacer.timetable(), now);
+        if self.inbox.len() < INBOX {
+            self.inbox.push(packet.to_vec());
+        } else {
+            self.overflowed += 1;
+        }
+    }
+
+    fn cycles(&self) -> u64 {
+        self.punctuality.cycles()
+    }
+
+    fn progress(&self) -> String {
+        let (cycles, misses) = (self.cycles(), self.punctuality.misses());
+        format!("cycle {cycles}, {misses} missed: default input in {} cycles", self.default_inputs)
+    }
+
+    fn sections(&self) -> Vec<Section> {
+        let actuator = vec![
+            ("default_inputs", Figure::Count(self.default_inputs)),
+            ("mean_age", Figure::Number(Some(self.age.mean()))),
+            ("rejected", Figure::Count(self.rejected)),
+            ("overflowed", Figure::Count(self.overflowed)),
+        ];
+        vec![
+            self.punctuality.section(),
+            ("actuator", actuator),
+            ("control_frames", self.control_frames.figures()),
+        ]
+    }
+}

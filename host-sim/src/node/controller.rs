@@ -1,0 +1,235 @@
+//! The controller node: the core's [`Controller`], one cycle at a time on the wall clock.
+//!
+//! It begins with the first measurement it hears, not before: until then it could only guess. The control law, the estimate
+//! and the bytes are the core's; what is decided here is when they run.
+
+use super::{
+    arrivals::Arrivals,
+    clock::{Due, Pacer, WallTime, tick_of},
+    event_loop::{Channel, Node, Outbox},
+    statistics::{Figure, Punctuality, Section},
+};
+use crate::{
+    fitted::Fitted,
+    size_class::{LONGEST_SEQUENCE, MEMORY, SimScalar},
+};
+use nalgebra::SMatrix;
+use slqg::{
+    Tick,
+    controller::{Controller, Design},
+    estimator::Model,
+    wire::{self, decode_acknowledgement, decode_measurement},
+};
+
+/// Frames kept for one cycle; more are a flood, and lost.
+const INBOX: usize = 256;
+
+/// A controller in real time.
+#[derive(Debug)]
+pub struct ControllerNode<'f, T: SimScalar, const NX: usize, const NU: usize, const NY: usize, const E: usize>
+{
+    fitted: &'f Fitted<T, NX, NU, NY>,
+    /// What the core begins with, and begins anew with.
+    first: Design<'f, T, NX, NU, NY>,
+    again: Design<'f, T, NX, NU, NY>,
+    pacer: Pacer,
+    /// None while no measurement says that there is anything to control.
+    core: Option<Box<Controller<'f, T, NX, NU, NY, LONGEST_SEQUENCE, MEMORY, E>>>,
+    /// Frames since the last cycle. The core takes none of a cycle that it has not caught up with.
+    inbox: Vec<Vec<u8>>,
+    frame: Vec<u8>,
+    punctuality: Punctuality,
+    measurements: Arrivals,
+    acknowledgements: Arrivals,
+    starts: u64,
+    lost_estimates: u64,
+    sent: u64,
+    rejected: u64,
+    overflowed: u64,
+}
+
+impl<'f, T: SimScalar, const NX: usize, const NU: usize, const NY: usize, const E: usize>
+    ControllerNode<'f, T, NX, NU, NY, E>
+{
+    /// A node that waits for its first measurement. `first` is the design of `fitted`, perhaps with another model to begin
+    /// with; where the node begins anew, it is `again`.
+    ///
+    /// # Errors
+    /// If the design does not fit the core's capacities.
+    pub fn new(
+        fitted: &'f Fitted<T, NX, NU, NY>,
+        first: Design<'f, T, NX, NU, NY>,
+        again: Design<'f, T, NX, NU, NY>,
+        pacer: Pacer,
+        punctuality: Punctuality,
+    ) -> Result<Self, slqg::controller::InvalidDesign> {
+        for design in [first, again] {
+            Controller::<T, NX, NU, NY, LONGEST_SEQUENCE, MEMORY, E>::new(design, Tick(0)).map(drop)?;
+        }
+        Ok(Self {
+            fitted,
+            first,
+            again,
+            pacer,
+            core: None,
+            inbox: Vec::new(),
+            frame: vec![0; wire::control_len(NU, LONGEST_SEQUENCE, T::BYTES)],
+            punctuality,
+            measurements: Arrivals::default(),
+            acknowledgements: Arrivals::default(),
+            starts: 0,
+            lost_estimates: 0,
+            sent: 0,
+            rejected: 0,
+            overflowed: 0,
+        })
+    }
+
+    /// The core, once it has begun.
+    pub fn core(&self) -> Option<&Controller<'f, T, NX, NU, NY, LONGEST_SEQUENCE, MEMORY, E>> {
+        self.core.as_deref()
+    }
+
+    /// A core whose first cycle is that of the newest measurement in the inbox that is not later than it may be.
+    fn begin(&mut self, cycle: u64) {
+        let now = tick_of(cycle);
+        let measured = |frame: &Vec<u8>| decode_measurement::<T, NY>(frame).ok().map(|frame| frame.tick);
+        let usable =
+            |tick: &Tick| now.age_of(*tick).is_some_and(|age| age as usize <= self.first.measurement_buffer);
+        let ticks = self.inbox.iter().filter_map(measured).filter(usable);
+        let Some(first) = ticks.min_by_key(|tick| now.since(*tick)) else { return };
+        let design = if self.starts == 0 { self.first } else { self.again };
+        let core = Controller::new(design, first).expect("checked when the node was made");
+        let core = self.core.insert(Box::new(core));
+        self.fitted.prepare(core, 0, std::iter::empty());
+        self.starts += 1;
+    }
+
+    /// Whether rounding has swallowed what a measurement says: the variance of an output, as the estimate has it, times the
+    /// scalar's epsilon is above the measurement's noise. So it ends if an unstable plant is not heard of for long.
+    fn is_lost(&self) -> bool {
+        let Some(core) = &self.core else { return false };
+        let model = self.first.model;
+        let variance = model.c * core.estimator().posterior_covariance() * model.c.transpose();
+        let known = |output: usize| {
+            variance[(output, output)] * T::EPSILON <= model.measurement_noise[(output, output)]
+        };
+        !(0..NY).all(known) || !core.estimator().posterior_mean().iter().all(|value| value.is_finite())
+    }
+
+    fn cycle(&mut self, cycle: u64, outbox: &mut Outbox) {
+        if self.core.is_none() {
+            self.begin(cycle);
+        }
+        let inbox = std::mem::take(&mut self.inbox);
+        let Some(core) = &mut self.core else {
+            self.rejected += inbox.len() as u64;
+            return;
+        };
+        // A measurement that the core begins with may be of an earlier cycle than the current one.
+        let (own, others): (Vec<_>, Vec<_>) = inbox.iter().partition(|frame| {
+            decode_measurement::<T, NY>(frame).is_ok_and(|measured| measured.tick == core.tick())
+        });
+        for frame in own {
+            self.rejected += u64::from(core.receive(frame).is_err());
+        }
+        catch_up(core, tick_of(cycle));
+        for frame in others {
+            self.rejected += u64::from(core.receive(frame).is_err());
+        }
+        if let Ok(Some(frame)) = core.cycle(&mut self.frame) {
+            outbox.push((Channel::Control, frame.to_vec()));
+            self.sent += 1;
+        }
+        if self.is_lost() {
+            self.core = None;
+            self.lost_estimates += 1;
+        }
+    }
+}
+
+/// `model` for a controller that begins in the middle: the state of a loop that runs is as far from its initial mean as
+/// that is from zero, each on its own. The diagonal of `initial_covariance + process_noise + mean mean'`, times `more`, is
+/// added to the initial covariance, so that nothing is taken for certain that is not.
+pub fn uncertain<T: SimScalar, const NX: usize, const NU: usize, const NY: usize>(
+    model: &Model<T, NX, NU, NY>,
+    more: T,
+) -> Model<T, NX, NU, NY> {
+    let mean = &model.initial_mean;
+    let spread = model.initial_covariance + model.process_noise + mean * mean.transpose();
+    let added = SMatrix::from_diagonal(&(spread.diagonal() * more));
+    Model { initial_covariance: model.initial_covariance + added, ..model.clone() }
+}
+
+/// Runs the cycles before `tick` that nobody woke up in. Without room for a frame the core notes that none was sent.
+fn catch_up<T: SimScalar, const NX: usize, const NU: usize, const NY: usize, const E: usize>(
+    core: &mut Controller<'_, T, NX, NU, NY, LONGEST_SEQUENCE, MEMORY, E>,
+    tick: Tick,
+) {
+    while tick.is_after(core.tick()) {
+        let _ = core.cycle(&mut []);
+    }
+}
+
+impl<T: SimScalar, const NX: usize, const NU: usize, const NY: usize, const E: usize> Node
+    for ControllerNode<'_, T, NX, NU, NY, E>
+{
+    fn next(&self) -> Option<WallTime> {
+        Some(self.pacer.next())
+    }
+
+    fn act(&mut self, now: WallTime, outbox: &mut Outbox) {
+        let due = self.pacer.due(now);
+        self.punctuality.note(due);
+        match due {
+            Due::Nothing => {}
+            Due::Act { cycle, .. } => self.cycle(cycle, outbox),
+            Due::BeginAnew { cycle, .. } => {
+                self.core = None;
+                self.cycle(cycle, outbox);
+            }
+        }
+    }
+
+    fn receive(&mut self, packet: &[u8], now: WallTime) {
+        let timetable = self.pacer.timetable();
+        if let Ok(measured) = decode_measurement::<T, NY>(packet) {
+            self.measurements.note(measured.tick, timetable, now);
+        } else if let Ok(told) = decode_acknowledgement::<T>(packet) {
+            self.acknowledgements.note(told.tick, timetable, now);
+        } else {
+            self.rejected += 1;
+            return;
+        }
+        if self.inbox.len() < INBOX {
+            self.inbox.push(packet.to_vec());
+        } else {
+            self.overflowed += 1;
+        }
+    }
+
+    fn cycles(&self) -> u64 {
+        self.punctuality.cycles()
+    }
+
+    fn progress(&self) -> String {
+        let state = if self.core.is_some() { "controls" } else { "waits for a measurement" };
+        format!("cycle {}, {} missed: {state}", self.cycles(), self.punctuality.misses())
+    }
+
+    fn sections(&self) -> Vec<Section> {
+        let controller = vec![
+            ("starts", Figure::Count(self.starts)),
+            ("lost_estimates", Figure::Count(self.lost_estimates)),
+            ("sent", Figure::Count(self.sent)),
+            ("rejected", Figure::Count(self.rejected)),
+            ("overflowed", Figure::Count(self.overflowed)),
+        ];
+        vec![
+            self.punctuality.section(),
+            ("controller", controller),
+            ("measurements", self.measurements.figures()),
+            ("acknowledgements", self.acknowledgements.figures()),
+        ]
+    }
+}
