@@ -290,7 +290,7 @@ impl Contender {
         let channel = self.actuator_link.channel().ok_or(ContenderError::NoChannel)?;
         // The simulator looks arrival probabilities up by the states of all cycles that count.
         let tables = channel.states().checked_pow(problem.length.max(2) as u32 - 1);
-        if !tables.is_some_and(|tables| tables <= MOST_TABLES) {
+        if tables.is_none_or(|tables| tables > MOST_TABLES) {
             return Err(ContenderError::TooManyTables { states: channel.states(), length: problem.length });
         }
         let solution = solve_channel(problem, channel);

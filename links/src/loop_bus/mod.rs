@@ -139,7 +139,8 @@ impl LoopBus {
                     }
                 }
                 // A repetition tells its receiver nothing new, and the bytes are gone.
-                What::Duplicate { .. } | What::Fate { .. } | What::BusOff { .. } | What::Recovered { .. } => {}
+                What::Duplicate { .. } | What::Fate { .. } | What::BusOff { .. } | What::Recovered { .. } => {
+                }
             }
         }
     }

@@ -96,7 +96,7 @@ impl Transport for Can {
             Some(id) => Some(Id::Standard(id)),
             None => ExtendedId::new(identifier).map(Id::Extended),
         };
-        let frame = id.and_then(|id| CanFdFrame::new(id, &payload));
+        let frame = id.and_then(|id| CanFdFrame::new(id, payload));
         self.socket.write_frame(&frame.ok_or_else(|| io::Error::other("no identifier of CAN"))?)
     }
 
