@@ -1,7 +1,7 @@
 //! The pendulum that follows a square wave costs what Theorem 4.1 d) says: +50 m, from 5 s on -50 m, 500 cycles, state known.
 
 use gain_gen::{
-    design::{DelayDistribution, Design},
+    design::{Design, Link},
     solve::{LoopProblem, Tracked, tracking_task},
 };
 use host_sim::{
@@ -24,7 +24,7 @@ fn with_state_known(text: &str, length: usize) -> Design {
     design.plant.c = DMatrix::identity(states, states);
     design.plant.measurement_noise = DMatrix::identity(states, states) * 1e-18;
     design.plant.initial_covariance.fill(0.0);
-    design.network.sensor_to_controller = DelayDistribution::new(vec![1.0]).expect("a distribution");
+    design.network.sensor_to_controller = Link::perfect();
     design.controller.scalar = gain_gen::design::DeviceScalar::F64;
     design
 }
