@@ -70,6 +70,13 @@ impl Path {
         Fate::Delayed(delay)
     }
 
+    /// The delay of this cycle's packet, for one who carries packets himself, and on to the next cycle; `None`: it is lost.
+    pub fn next_delay(&mut self) -> Option<usize> {
+        let delay = self.delay();
+        self.next_cycle();
+        delay
+    }
+
     /// Takes a draw without sending, so that the next packet meets the fate it would have met.
     pub fn skip(&mut self) {
         self.delay();

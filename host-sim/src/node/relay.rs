@@ -7,12 +7,9 @@ use super::{
     event_loop::{Channel, Node, Outbox},
     statistics::{Figure, Mean, Section},
 };
-use gain_gen::design::DelayDistribution;
-use rand::{
-    Rng,
-    distr::{Distribution, weighted::WeightedIndex},
-};
+use rand::Rng;
 use rand_chacha::ChaCha8Rng;
+use slqg_links::{link::Link, path::Path};
 use std::{cmp::Reverse, collections::BinaryHeap, ops::RangeInclusive, time::Duration};
 
 /// Packets kept; more are a flood, and lost.
@@ -21,12 +18,10 @@ const ROOM: usize = 1 << 16;
 /// What becomes of packets.
 #[derive(Debug, Clone)]
 pub enum Fates {
-    /// Delays in whole cycles.
+    /// Delays in whole cycles, as the link has them one after the other.
     Cycles {
-        /// By delay; the last entry is loss.
-        weights: WeightedIndex<f64>,
-        /// Which entry that is.
-        loss: usize,
+        /// The link; a packet that comes is the next cycle's.
+        path: Box<Path>,
         /// Length of a cycle.
         sample_time: Duration,
     },
@@ -40,19 +35,16 @@ pub enum Fates {
 }
 
 impl Fates {
-    /// Those of a design's link.
-    pub fn of(link: &DelayDistribution, sample_time: Duration) -> Self {
-        let probabilities = link.probabilities().iter().copied().chain([link.loss()]);
-        let weights = WeightedIndex::new(probabilities).expect("a distribution has positive mass");
-        Self::Cycles { weights, loss: link.probabilities().len(), sample_time }
+    /// Those of a design's link, drawn from `random`.
+    pub fn of(link: &Link, sample_time: Duration, random: ChaCha8Rng) -> Self {
+        Self::Cycles { path: Box::new(Path::new(link, random)), sample_time }
     }
 
     /// The delay of the next packet; `None` if it is lost.
-    fn draw(&self, random: &mut ChaCha8Rng) -> Option<Duration> {
+    fn draw(&mut self, random: &mut ChaCha8Rng) -> Option<Duration> {
         match self {
-            Self::Cycles { weights, loss, sample_time } => {
-                let delay = weights.sample(random);
-                (delay != *loss).then(|| *sample_time * u32::try_from(delay).unwrap_or(u32::MAX))
+            Self::Cycles { path, sample_time } => {
+                path.next_delay().map(|delay| *sample_time * u32::try_from(delay).unwrap_or(u32::MAX))
             }
             Self::Uniform { loss, delay } => {
                 let (lost, share): (f64, f64) = (random.random(), random.random());
@@ -179,6 +171,7 @@ impl Node for RelayNode {
 mod tests {
     use super::*;
     use rand::SeedableRng;
+    use slqg_links::delay::DelayDistribution;
 
     const MS: u64 = 1_000_000;
     const CYCLE: Duration = Duration::from_millis(10);
@@ -188,7 +181,8 @@ mod tests {
     }
 
     fn of(probabilities: Vec<f64>) -> Fates {
-        Fates::of(&DelayDistribution::new(probabilities).expect("a distribution"), CYCLE)
+        let delays = DelayDistribution::new(probabilities).expect("a distribution");
+        Fates::of(&Link::independent(delays), CYCLE, ChaCha8Rng::seed_from_u64(2))
     }
 
     /// What is passed on at `now`, in ms.

@@ -21,7 +21,7 @@ use crate::{
     random::{Purpose, stream},
     size_class::{InSizeClass, LONGEST_SEQUENCE, SimScalar},
 };
-use gain_gen::design::{Acknowledgement, DelayDistribution};
+use gain_gen::design::{self, Acknowledgement};
 use nalgebra::DVector;
 use slqg::{controller, estimator::Merging, wire};
 use std::{thread, time::Duration};
@@ -197,7 +197,9 @@ fn run_relay(options: &Relay) -> Result<String, NodeError> {
         Link::Acknowledgement => Purpose::AcknowledgementLink,
     };
     let fates = match (options.loss, &options.delay_ms) {
-        (None, None) => Fates::of(&link(&loaded, options.link)?, sample_time),
+        (None, None) => {
+            Fates::of(&link(&loaded, options.link)?, sample_time, stream(options.seed, 0, purpose))
+        }
         (loss, delay) => {
             let at_once = Duration::ZERO..=Duration::ZERO;
             Fates::Uniform { loss: loss.unwrap_or(0.0), delay: delay.clone().unwrap_or(at_once) }
@@ -209,15 +211,14 @@ fn run_relay(options: &Relay) -> Result<String, NodeError> {
     loaded.run("relay", &mut node, Box::new(transport))
 }
 
-fn link(loaded: &Loaded<'_>, link: Link) -> Result<DelayDistribution, NodeError> {
+fn link(loaded: &Loaded<'_>, link: Link) -> Result<design::Link, NodeError> {
     let network = &loaded.design.network;
-    let instant = || DelayDistribution::new(vec![1.0]).expect("certain arrival is a distribution");
     Ok(match link {
-        Link::ControllerToActuator => network.controller_to_actuator.delays.clone(),
-        Link::SensorToController => network.sensor_to_controller.delays.clone(),
+        Link::ControllerToActuator => network.controller_to_actuator.clone(),
+        Link::SensorToController => network.sensor_to_controller.clone(),
         Link::Acknowledgement => match &network.acknowledgement {
-            Acknowledgement::Instant => instant(),
-            Acknowledgement::Over(link) => link.delays.clone(),
+            Acknowledgement::Instant => design::Link::perfect(),
+            Acknowledgement::Over(link) => link.clone(),
             Acknowledgement::None => {
                 return Err(loaded.wrong(
                     "network.acknowledgement: found \"none\", so there is nothing to pass on; give delays, or leave this relay out",

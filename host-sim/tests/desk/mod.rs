@@ -87,12 +87,12 @@ impl<T: SimScalar, const NX: usize, const NU: usize, const NY: usize> Loop<T, NX
         let sample_time = self.timetable(0.0).sample_time();
         let network = &self.design.network;
         let relay = |link, purpose| {
-            let fates = Fates::of(link, sample_time);
+            let fates = Fates::of(link, sample_time, stream(seed, 0, purpose));
             RelayNode::new(fates, 0.0, sample_time, stream(seed, 0, purpose), now)
         };
         [
-            relay(&network.sensor_to_controller.delays, Purpose::SensorLink),
-            relay(&network.controller_to_actuator.delays, Purpose::ActuatorLink),
+            relay(&network.sensor_to_controller, Purpose::SensorLink),
+            relay(&network.controller_to_actuator, Purpose::ActuatorLink),
         ]
     }
 }
