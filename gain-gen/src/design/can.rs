@@ -108,7 +108,10 @@ pub(super) fn read(
     // Identifiers that clash, and all else that only shows when everything is known.
     slqg_links::can::Bus::new(settings.clone(), rand_chacha::rand_core::SeedableRng::seed_from_u64(0))
         .map_err(|error| {
-            field.reject_with(format!("found a bus that cannot be: {error}"), "mend it there".into())
+            field.reject_with(
+                format!("found a bus that cannot be: {error}"),
+                "give every message an identifier of its own".into(),
+            )
         })?;
 
     let attempts = match bus.optional("attempts", "\"unlimited\", \"until-error\" or \"once\"") {
