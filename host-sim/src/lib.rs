@@ -16,6 +16,7 @@
 //! | [`monte_carlo`] | many runs in parallel, and what they say together |
 //! | [`robustness`] | designed for one network, run on another |
 //! | [`bus_report`] | load of a bus, and what became of the frames on it |
+//! | [`figures`] | the thesis' figures, recomputed |
 //! | [`identify`] | options of the command that reads logs of a link |
 //! | [`node`] | the same loop in real time, as processes that pass each other datagrams |
 //! | [`output`] | the table, the JSON and the report with pictures |
@@ -26,6 +27,7 @@ pub mod bus_report;
 pub mod carrier;
 pub mod closed_loop;
 pub mod contender;
+pub mod figures;
 pub mod fitted;
 pub mod identify;
 pub mod monte_carlo;
