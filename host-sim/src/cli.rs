@@ -16,7 +16,7 @@ use host_sim::{
     identify,
     monte_carlo::{Outcome, Plan, Simulate},
     node::{self, NodeError},
-    output::{self, Simulation},
+    output::{self, Pictures, Simulation},
     robustness::{self, Robustness},
     size_class::{self, dispatch},
 };
@@ -45,9 +45,8 @@ enum Command {
         /// Inputs per sequence, instead of the design's.
         #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=128))]
         sequence_length: Option<u16>,
-        /// Also write a report with pictures, one self-contained HTML file.
-        #[arg(long, value_name = "FILE.html")]
-        report: Option<PathBuf>,
+        #[command(flatten)]
+        pictures: Pictures,
     },
     /// Simulate a design with sequences of several lengths.
     ///
@@ -59,6 +58,8 @@ enum Command {
         /// Lengths, 1 to 128: 4, 1..=12, 1..13 or 1,2,4,8
         #[arg(long, value_name = "RANGE")]
         lengths: Lengths,
+        #[command(flatten)]
+        pictures: Pictures,
     },
     /// Designs that differ in their network, each simulated on the network of each: what it costs when the link is not what
     /// was assumed.
@@ -171,10 +172,8 @@ enum Failure {
 
 pub(crate) fn main() -> ExitCode {
     let outcome = match Cli::parse().command {
-        Command::Run { options, sequence_length, report } => {
-            run(&options, sequence_length, report.as_deref())
-        }
-        Command::Sweep { options, lengths } => sweep(&options, &lengths),
+        Command::Run { options, sequence_length, pictures } => run(&options, sequence_length, &pictures),
+        Command::Sweep { options, lengths, pictures } => sweep(&options, &lengths, &pictures),
         Command::Robustness { designs, controller, amount } => robustness(&designs, controller, &amount),
         Command::Bus { design, steps, seed, frames, json } => {
             bus(&design, steps, seed, frames.as_deref(), json)
@@ -258,6 +257,11 @@ impl Options {
             .map_err(|error| self.wrong(&format_args!("controller.scalar: {error}; compute in f64")))
     }
 
+    /// Writes the pictures that were asked for.
+    fn draw(&self, pictures: &Pictures, simulation: &Simulation<'_>, design: &Design) -> Result<(), Failure> {
+        pictures.write(simulation, design).map_err(|error| Failure::Input(error.to_string()))
+    }
+
     fn print(&self, simulation: &Simulation<'_>) {
         if self.amount.json {
             println!("{}", output::json(simulation));
@@ -277,7 +281,7 @@ fn simulation<'d>(design: &'d Design, plan: Plan, outcomes: Vec<Outcome>) -> Sim
     }
 }
 
-fn run(options: &Options, sequence_length: Option<u16>, report: Option<&Path>) -> Result<(), Failure> {
+fn run(options: &Options, sequence_length: Option<u16>, pictures: &Pictures) -> Result<(), Failure> {
     let mut design = options.load()?;
     if let Some(length) = sequence_length {
         design.set_sequence_length(usize::from(length));
@@ -295,19 +299,15 @@ fn run(options: &Options, sequence_length: Option<u16>, report: Option<&Path>) -
     progress.finish_and_clear();
 
     let simulation = simulation(&design, options.plan(), outcomes);
-    if let Some(path) = report {
-        emit::write(path, &output::report(&simulation)).map_err(|error| {
-            Failure::Input(format!("{}: cannot write the report: {error}", path.display()))
-        })?;
-    }
+    options.draw(pictures, &simulation, &design)?;
     options.print(&simulation);
-    if let (Some(path), false) = (report, options.amount.json) {
-        println!("\nreport: {}", path.display());
+    if !options.amount.json {
+        print!("{}", pictures.told());
     }
     Ok(())
 }
 
-fn sweep(options: &Options, lengths: &Lengths) -> Result<(), Failure> {
+fn sweep(options: &Options, lengths: &Lengths, pictures: &Pictures) -> Result<(), Failure> {
     let mut design = options.load()?;
     let lengths = lengths.as_slice();
     let progress = progress(options.controllers.len() * lengths.len() * options.plan().runs);
@@ -327,7 +327,12 @@ fn sweep(options: &Options, lengths: &Lengths) -> Result<(), Failure> {
     if outcomes.is_empty() {
         return Err(Failure::Unstable(unstable.join("\n")));
     }
-    options.print(&simulation(&design, options.plan(), outcomes));
+    let simulation = simulation(&design, options.plan(), outcomes);
+    options.draw(pictures, &simulation, &options.load()?)?;
+    options.print(&simulation);
+    if !options.amount.json {
+        print!("{}", pictures.told());
+    }
     unstable.iter().for_each(|message| eprintln!("not simulated: {message}"));
     Ok(())
 }

@@ -50,6 +50,8 @@ pub struct CycleRecord {
     pub state: Vec<f64>,
     /// The controller's estimate of it.
     pub estimate: Vec<f64>,
+    /// Standard deviation of its error, as the controller has it.
+    pub deviation: Vec<f64>,
     /// Input applied.
     pub input: Vec<f64>,
     /// Tracked output and what it is to be; empty where nothing is tracked.
@@ -106,6 +108,7 @@ impl<T: SimScalar, const NX: usize, const NU: usize> Snapshot<'_, T, NX, NU> {
         CycleRecord {
             state: self.state.iter().copied().collect(),
             estimate: self.estimate.iter().map(|value| value.widen()).collect(),
+            deviation: self.covariance.diagonal().iter().map(|value| value.widen().sqrt()).collect(),
             input: self.input.iter().copied().collect(),
             tracked: self.tracked.map(pairs).unwrap_or_default(),
             age: self.age,

@@ -67,6 +67,8 @@ pub struct Outcome {
     pub costs: Vec<f64>,
     /// The same with what its packets cost; equal where the design does not price them.
     pub total_costs: Vec<f64>,
+    /// Cycles of all runs by the age of the input applied, 0 to N - 1 cycles, then those with the default input.
+    pub ages: Vec<u64>,
     /// The first run, cycle by cycle.
     pub first_run: Vec<CycleRecord>,
     /// The bus of the first run, at its end.
@@ -107,19 +109,24 @@ impl<P: Fn() + Sync> InSizeClass for Simulate<'_, P> {
             |number, network: &mut Network<T, NU, NY>, record: &mut dyn FnMut(Snapshot<'_, T, NX, NU>)| {
                 run_over(&fitted, self.contender, RunPlan { steps, seed, run: number }, network, record)
             };
-        let results: Vec<RunResult> = threads().install(|| {
+        let length = self.contender.laws[0].length;
+        let (results, ages): (Vec<RunResult>, Vec<Vec<u64>>) = threads().install(|| {
             let all = (0..runs as u64).into_par_iter().map(|number| {
-                let result = one(number, &mut network(number), &mut |_| ());
+                let mut ages = vec![0; length + 1];
+                let result = one(number, &mut network(number), &mut |snapshot| {
+                    ages[snapshot.age.unwrap_or(length)] += 1;
+                });
                 (self.done)();
-                result
+                (result, ages)
             });
-            all.collect()
+            all.unzip()
         });
         let mut first_run = Vec::with_capacity(steps);
         let keep = |snapshot: Snapshot<'_, T, NX, NU>| {
             let mut cycle = snapshot.to_record();
             cycle.state.truncate(self.design.plant.states());
             cycle.estimate.truncate(self.design.plant.states());
+            cycle.deviation.truncate(self.design.plant.states());
             cycle.input.truncate(self.design.plant.inputs());
             cycle.tracked.truncate(tracked);
             first_run.push(cycle);
@@ -139,6 +146,7 @@ impl<P: Fn() + Sync> InSizeClass for Simulate<'_, P> {
             summary: summarise(self.contender, &results, &total_costs, steps),
             costs: results.iter().map(|result| result.cost).collect(),
             total_costs,
+            ages: (0..=length).map(|age| ages.iter().map(|run| run[age]).sum()).collect(),
             first_run,
             bus,
         })

@@ -1,13 +1,16 @@
 //! What a simulation looks like to people and programs: a table, a JSON object, a report with pictures.
 //!
-//! Nothing is computed here.
+//! Nothing is simulated here. `table` is for the terminal, `report` for a browser, `charts` for its pictures, `pictures` for the
+//! options that ask for them, `columns` for how figures are spelled.
 
 mod charts;
 pub mod columns;
+mod pictures;
 mod report;
 mod table;
 
-pub use report::report;
+pub use pictures::{PictureError, Pictures};
+pub use report::{Plot, Report, command_line, report};
 pub use table::table;
 
 use crate::monte_carlo::{Outcome, Plan, Summary};

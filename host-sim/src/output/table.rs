@@ -23,13 +23,17 @@ pub fn table(simulation: &Simulation<'_>) -> String {
         plan.seed,
         simulation.stage_cost()
     );
+    text += &aligned(&rows(simulation), 1);
+    text
+}
+
+/// Names of the columns, then one row per controller.
+pub(super) fn rows(simulation: &Simulation<'_>) -> Vec<Vec<String>> {
     let is_priced = simulation.is_priced();
     let header =
         COLUMNS.iter().chain(if is_priced { &PRICED[..] } else { &[] }).map(ToString::to_string).collect();
     let rows = simulation.outcomes.iter().map(|outcome| row(&outcome.summary, is_priced));
-    let rows: Vec<Vec<String>> = std::iter::once(header).chain(rows).collect();
-    text += &aligned(&rows, 1);
-    text
+    std::iter::once(header).chain(rows).collect()
 }
 
 fn row(result: &Summary, is_priced: bool) -> Vec<String> {
