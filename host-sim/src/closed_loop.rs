@@ -191,17 +191,17 @@ fn run_with<T: SimScalar, const NX: usize, const NU: usize, const NY: usize, con
             network.send_measurement(bytes)
         });
         // Refusals are counted at the ends.
-        for packet in network.to_controller() {
-            let _ = controller.receive(&packet);
-        }
+        network.to_controller(|packet| {
+            let _ = controller.receive(packet);
+        });
         fitted.prepare(&mut controller, cycle, network.channel_states());
         let sequence = controller.cycle(&mut frame).expect("the buffer holds every frame");
         let control_frame = network.send_control(sequence);
         result.sent += usize::from(control_frame.is_some());
 
-        for packet in network.to_actuator() {
-            let _ = actuator.receive(&packet);
-        }
+        network.to_actuator(|packet| {
+            let _ = actuator.receive(packet);
+        });
         let applied = actuator.step();
         let told = actuator.acknowledgement(contender.acknowledged_cycles).expect("it has played");
         let bytes =

@@ -14,6 +14,7 @@
 //! | [`network`] | the links of a run in use |
 //! | [`closed_loop`] | one run: plant, links and the two ends, cycle by cycle |
 //! | [`monte_carlo`] | many runs in parallel, and what they say together |
+//! | [`sweep`] | designs x controllers x lengths into a file: resumed, in shards, compared run by run |
 //! | [`robustness`] | designed for one network, run on another |
 //! | [`bus_report`] | load of a bus, and what became of the frames on it |
 //! | [`figures`] | the thesis' figures, recomputed |
@@ -39,3 +40,4 @@ pub mod plant;
 pub mod random;
 pub mod robustness;
 pub mod size_class;
+pub mod sweep;

@@ -1,8 +1,8 @@
 //! Many runs in parallel, and what they say together.
 
 use crate::{
-    closed_loop::{CycleRecord, RunPlan, RunResult, Snapshot, run_over},
-    contender::Contender,
+    closed_loop::{self, CycleRecord, RunPlan, RunResult, Snapshot},
+    contender::{Contender, Kind},
     fitted::{Fitted, Unfit},
     network::Network,
     size_class::{InSizeClass, SimScalar},
@@ -11,7 +11,7 @@ use gain_gen::design::Design;
 use rayon::{ThreadPool, ThreadPoolBuilder, prelude::*};
 use serde::Serialize;
 use slqg_links::loop_bus::LoopBus;
-use std::sync::OnceLock;
+use std::{ops::Range, sync::OnceLock};
 
 /// Stack of a simulating thread in bytes; a controller of the largest class takes 5 MB, and is moved once or twice.
 const STACK: usize = 1 << 26;
@@ -88,11 +88,41 @@ pub struct Simulate<'a, P> {
     pub done: P,
 }
 
+/// Simulates some runs of one contender, one after the other, and keeps what each came to.
+///
+/// The numbers of the runs pick their random numbers, so it does not matter with which others a run is simulated.
+#[derive(Debug, Clone)]
+pub struct SimulateRuns<'a> {
+    /// The loop.
+    pub design: &'a Design,
+    /// The controller.
+    pub contender: &'a Contender,
+    /// Cycles per run.
+    pub steps: usize,
+    /// Seed; the same seed gives the same numbers.
+    pub seed: u64,
+    /// Numbers of the runs.
+    pub runs: Range<u64>,
+}
+
 /// Threads with room for the largest controller: one that keeps estimates apart for every age and remembers them.
-fn threads() -> &'static ThreadPool {
+pub(crate) fn threads() -> &'static ThreadPool {
     static THREADS: OnceLock<ThreadPool> = OnceLock::new();
     THREADS
         .get_or_init(|| ThreadPoolBuilder::new().stack_size(STACK).build().expect("threads can be started"))
+}
+
+impl InSizeClass for SimulateRuns<'_> {
+    type Output = Result<Vec<RunResult>, Unfit>;
+
+    fn run<T: SimScalar, const NX: usize, const NU: usize, const NY: usize>(self) -> Self::Output {
+        let Self { design, contender, steps, seed, runs } = self;
+        let fitted = Fitted::<T, NX, NU, NY>::new(design, contender);
+        fitted.design()?;
+        Ok(runs
+            .map(|run| closed_loop::run(&fitted, contender, RunPlan { steps, seed, run }, |_| ()))
+            .collect())
+    }
 }
 
 impl<P: Fn() + Sync> InSizeClass for Simulate<'_, P> {
@@ -104,16 +134,12 @@ impl<P: Fn() + Sync> InSizeClass for Simulate<'_, P> {
         fitted.design()?;
         let tracked = self.design.tracking.as_ref().map_or(0, |tracking| tracking.outputs());
         // Collected in the order of the runs, so that sums do not depend on the threads.
-        let network = |number| Network::<T, NU, NY>::new(self.contender, fitted.carrier(), seed, number);
-        let one =
-            |number, network: &mut Network<T, NU, NY>, record: &mut dyn FnMut(Snapshot<'_, T, NX, NU>)| {
-                run_over(&fitted, self.contender, RunPlan { steps, seed, run: number }, network, record)
-            };
         let length = self.contender.laws[0].length;
         let (results, ages): (Vec<RunResult>, Vec<Vec<u64>>) = threads().install(|| {
-            let all = (0..runs as u64).into_par_iter().map(|number| {
+            let all = (0..runs as u64).into_par_iter().map(|run| {
+                let plan = RunPlan { steps, seed, run };
                 let mut ages = vec![0; length + 1];
-                let result = one(number, &mut network(number), &mut |snapshot| {
+                let result = closed_loop::run(&fitted, self.contender, plan, |snapshot| {
                     ages[snapshot.age.unwrap_or(length)] += 1;
                 });
                 (self.done)();
@@ -132,20 +158,26 @@ impl<P: Fn() + Sync> InSizeClass for Simulate<'_, P> {
             first_run.push(cycle);
         };
         let bus = threads().install(|| {
-            let (mut network, mut keep) = (network(0), keep);
-            one(0, &mut network, &mut keep);
+            let mut network = Network::new(self.contender, fitted.carrier(), seed, 0);
+            closed_loop::run_over(
+                &fitted,
+                self.contender,
+                RunPlan { steps, seed, run: 0 },
+                &mut network,
+                keep,
+            );
             network.into_bus()
         });
         for (cycle, record) in first_run.iter_mut().enumerate() {
             record.learn_fates(bus.as_ref(), cycle);
         }
-        let send_cost = self.contender.send_cost.unwrap_or(0.0);
-        let total_costs: Vec<_> =
-            results.iter().map(|result| result.cost + send_cost * result.sent as f64).collect();
+        let costs: Vec<f64> = results.iter().map(|result| result.cost).collect();
+        let priced = total_costs(self.contender, &results);
+        let summary = summarise(self.contender.kind, length, steps, &results, priced.as_deref());
         Ok(Outcome {
-            summary: summarise(self.contender, &results, &total_costs, steps),
-            costs: results.iter().map(|result| result.cost).collect(),
-            total_costs,
+            summary,
+            total_costs: priced.unwrap_or_else(|| costs.clone()),
+            costs,
             ages: (0..=length).map(|age| ages.iter().map(|run| run[age]).sum()).collect(),
             first_run,
             bus,
@@ -153,14 +185,27 @@ impl<P: Fn() + Sync> InSizeClass for Simulate<'_, P> {
     }
 }
 
-fn summarise(contender: &Contender, results: &[RunResult], total_costs: &[f64], steps: usize) -> Summary {
+/// What each run cost with what its packets cost; `None` where the contender's design does not price them.
+pub fn total_costs(contender: &Contender, results: &[RunResult]) -> Option<Vec<f64>> {
+    let send_cost = contender.send_cost?;
+    Some(results.iter().map(|result| result.cost + send_cost * result.sent as f64).collect())
+}
+
+/// The results of runs of `steps` cycles; `total_costs`, if packets have a price, in the same order.
+pub fn summarise(
+    kind: Kind,
+    sequence_length: usize,
+    steps: usize,
+    results: &[RunResult],
+    total_costs: Option<&[f64]>,
+) -> Summary {
     let costs: Vec<f64> = results.iter().map(|result| result.cost).collect();
     let cycles = (results.len() * steps) as f64;
     let finite = |value: f64| value.is_finite().then_some(value);
-    let priced = |of: fn(&[f64]) -> f64| contender.send_cost.and_then(|_| finite(of(total_costs)));
+    let priced = |of: fn(&[f64]) -> f64| total_costs.and_then(|costs| finite(of(costs)));
     Summary {
-        controller: contender.kind.name(),
-        sequence_length: contender.laws[0].length,
+        controller: kind.name(),
+        sequence_length,
         mean_cost: finite(mean(&costs)),
         std_error: finite(standard_error(&costs)),
         median_cost: finite(quantile(&costs, 0.5)),

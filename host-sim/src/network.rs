@@ -10,6 +10,7 @@ use crate::{
     size_class::{LONGEST_SEQUENCE, SimScalar},
 };
 use gain_gen::design::Acknowledgement;
+use slqg::wire::LONGEST_ACKNOWLEDGEMENT;
 use slqg_links::{
     link::Link,
     loop_bus::{LoopBus, Role},
@@ -24,21 +25,21 @@ const REMEMBERED: usize = LONGEST_SEQUENCE;
 enum Way {
     /// Nowhere.
     Nowhere,
-    /// To the receiver's next cycle, always.
-    Straight,
+    /// To the receiver's next cycle, always. Empty: nothing is on its way.
+    Straight(Vec<u8>),
     /// Over a link of their own.
     Path(Box<Path>),
     /// Over the bus.
     Bus,
 }
 
-/// The links of one run.
+/// The links of one run. Without a bus they allocate nothing once they are made.
 pub struct Network<T, const NU: usize, const NY: usize> {
     /// By [`Role`].
     ways: [Way; Role::COUNT],
     bus: Option<(LoopBus, Carrier<T, NU, NY>)>,
-    /// Acknowledgements that are there before the next cycle without a bus.
-    acknowledged: Vec<Vec<u8>>,
+    /// The current cycle.
+    cycle: u64,
     /// States of the channel to the actuator in the cycles before, the newest first; empty if it has none.
     channel: VecDeque<usize>,
 }
@@ -61,19 +62,20 @@ impl<T: SimScalar, const NU: usize, const NY: usize> Network<T, NU, NY> {
             way(&contender.sensor_link, Purpose::SensorLink),
             way(&contender.actuator_link, Purpose::ActuatorLink),
             match &contender.acknowledgement {
-                Acknowledgement::Instant => Way::Straight,
+                Acknowledgement::Instant => Way::Straight(Vec::with_capacity(LONGEST_ACKNOWLEDGEMENT)),
                 Acknowledgement::None => Way::Nowhere,
                 Acknowledgement::Over(link) => way(link, Purpose::AcknowledgementLink),
             },
         ];
-        Self { ways, bus, acknowledged: Vec::new(), channel: VecDeque::with_capacity(REMEMBERED + 1) }
+        Self { ways, bus, cycle: 0, channel: VecDeque::with_capacity(REMEMBERED + 1) }
     }
 
     fn send(&mut self, role: Role, frame: &[u8]) -> Fate {
         match &mut self.ways[role as usize] {
             Way::Nowhere => Fate::Lost,
-            Way::Straight => {
-                self.acknowledged.push(frame.to_vec());
+            Way::Straight(under_way) => {
+                under_way.clear();
+                under_way.extend_from_slice(frame);
                 Fate::Delayed(0)
             }
             Way::Path(path) => path.send(frame),
@@ -85,11 +87,19 @@ impl<T: SimScalar, const NU: usize, const NY: usize> Network<T, NU, NY> {
         }
     }
 
-    fn take(&mut self, role: Role) -> Vec<Vec<u8>> {
+    fn take(&mut self, role: Role, mut receive: impl FnMut(&[u8])) {
         match &mut self.ways[role as usize] {
-            Way::Nowhere | Way::Straight => Vec::new(),
-            Way::Path(path) => path.arrived(),
-            Way::Bus => self.bus.as_mut().map(|(bus, _)| bus.take(role)).unwrap_or_default(),
+            Way::Nowhere => (),
+            Way::Straight(under_way) if under_way.is_empty() => (),
+            Way::Straight(under_way) => {
+                receive(under_way);
+                under_way.clear();
+            }
+            Way::Path(path) => path.arrived().for_each(receive),
+            Way::Bus => {
+                let frames = self.bus.as_mut().map(|(bus, _)| bus.take(role)).unwrap_or_default();
+                frames.iter().for_each(|frame| receive(frame));
+            }
         }
     }
 
@@ -98,14 +108,15 @@ impl<T: SimScalar, const NU: usize, const NY: usize> Network<T, NU, NY> {
         self.send(Role::Measurement, frame)
     }
 
-    /// Frames that the controller takes in this cycle: measurements, then acknowledgements.
-    pub fn to_controller(&mut self) -> impl Iterator<Item = Vec<u8>> {
-        let measurements = self.take(Role::Measurement);
-        let acknowledged = match self.ways[Role::Acknowledgement as usize] {
-            Way::Bus => self.take(Role::Acknowledgement),
-            _ => std::mem::take(&mut self.acknowledged),
-        };
-        measurements.into_iter().chain(acknowledged)
+    /// Hands `receive` the frames that the controller takes in this cycle: measurements, then acknowledgements. Once per
+    /// cycle.
+    pub fn to_controller(&mut self, mut receive: impl FnMut(&[u8])) {
+        self.take(Role::Measurement, &mut receive);
+        self.take(Role::Acknowledgement, &mut receive);
+        if let (Way::Path(path), 1..) = (&mut self.ways[Role::Acknowledgement as usize], self.cycle) {
+            // An acknowledgement is about a cycle that is over and taken in the next: only now its link's cycle ends.
+            path.next_cycle();
+        }
     }
 
     /// Sends a control frame, or lets the cycle pass without one.
@@ -118,29 +129,27 @@ impl<T: SimScalar, const NU: usize, const NY: usize> Network<T, NU, NY> {
         None
     }
 
-    /// Frames that the actuator takes in this cycle.
-    pub fn to_actuator(&mut self) -> Vec<Vec<u8>> {
-        self.take(Role::Control)
+    /// Hands `receive` the frames that the actuator takes in this cycle.
+    pub fn to_actuator(&mut self, receive: impl FnMut(&[u8])) {
+        self.take(Role::Control, receive);
     }
 
     /// Sends an acknowledgement frame, in every cycle.
     pub fn send_acknowledgement(&mut self, frame: &[u8]) {
         self.send(Role::Acknowledgement, frame);
-        if let Way::Path(path) = &mut self.ways[Role::Acknowledgement as usize] {
-            self.acknowledged = path.arrived();
-        }
     }
 
     /// Ends the current cycle.
     pub fn next_cycle(&mut self) {
+        self.cycle += 1;
         if let Way::Path(path) = &self.ways[Role::Control as usize] {
             if let Some(state) = path.channel_state() {
                 self.channel.truncate(REMEMBERED - 1);
                 self.channel.push_front(state);
             }
         }
-        for way in &mut self.ways {
-            if let Way::Path(path) = way {
+        for role in [Role::Measurement, Role::Control] {
+            if let Way::Path(path) = &mut self.ways[role as usize] {
                 path.next_cycle();
             }
         }

@@ -38,9 +38,23 @@ pub struct Path {
     source: Source,
     duplicates: f64,
     random: ChaCha8Rng,
-    /// Packets by the cycle they arrive in; the front is the current one.
-    under_way: VecDeque<Vec<Vec<u8>>>,
+    /// The current cycle.
+    cycle: u64,
+    /// In the order sent. Those that are over leave their room to the next ones, so that a path with one packet per cycle
+    /// allocates nothing once it is made.
+    packets: VecDeque<Packet>,
 }
+
+/// A packet, or room for one.
+#[derive(Debug, Clone)]
+struct Packet {
+    /// The cycle it arrives in; `None` once it is taken.
+    due: Option<u64>,
+    bytes: Vec<u8>,
+}
+
+/// Bytes that each packet has room for from the start; longer ones make theirs when they are first sent.
+const ROOM: usize = 64;
 
 impl Path {
     /// A path with nothing under way that draws its delays from `random`. A recording is entered anywhere in it.
@@ -54,17 +68,19 @@ impl Path {
                 Source::Recorded(recording.clone(), first)
             }
         };
-        let cycles = link.largest_delay() + 1;
-        Self { source, duplicates: link.duplicates, random, under_way: vec![Vec::new(); cycles].into() }
+        let copies = if link.duplicates > 0.0 { 2 } else { 1 };
+        let room = || Packet { due: None, bytes: Vec::with_capacity(ROOM) };
+        let packets = std::iter::repeat_with(room).take(copies * (link.largest_delay() + 1)).collect();
+        Self { source, duplicates: link.duplicates, random, cycle: 0, packets }
     }
 
     /// Sends a packet in the current cycle; it may arrive in the same cycle.
     pub fn send(&mut self, packet: &[u8]) -> Fate {
         let Some(delay) = self.delay() else { return Fate::Lost };
-        self.under_way[delay].push(packet.to_vec());
+        self.put(packet, delay);
         if self.duplicates > 0.0 && self.random.random_bool(self.duplicates) {
             if let Some(again) = self.delay() {
-                self.under_way[again].push(packet.to_vec());
+                self.put(packet, again);
             }
         }
         Fate::Delayed(delay)
@@ -75,6 +91,17 @@ impl Path {
         let delay = self.delay();
         self.next_cycle();
         delay
+    }
+
+    fn put(&mut self, packet: &[u8], delay: usize) {
+        let is_over = |packet: &Packet| packet.due.is_none_or(|due| due < self.cycle);
+        let over = self.packets.front().is_some_and(is_over).then(|| self.packets.pop_front());
+        let mut bytes = over.flatten().map_or_else(Vec::new, |packet| packet.bytes);
+        bytes.clear();
+        // Acknowledgements grow in the first cycles: whole steps of room take that up.
+        bytes.reserve(packet.len().next_multiple_of(ROOM));
+        bytes.extend_from_slice(packet);
+        self.packets.push_back(Packet { due: Some(self.cycle + delay as u64), bytes });
     }
 
     /// Takes a draw without sending, so that the next packet meets the fate it would have met.
@@ -101,17 +128,18 @@ impl Path {
         }
     }
 
-    /// Packets that arrive in the current cycle, in the order sent.
-    pub fn arrived(&mut self) -> Vec<Vec<u8>> {
-        self.under_way.front_mut().map(std::mem::take).unwrap_or_default()
+    /// Takes the packets that arrive in the current cycle, in the order sent; each is there once.
+    pub fn arrived(&mut self) -> impl Iterator<Item = &[u8]> {
+        let now = self.cycle;
+        self.packets.iter_mut().filter_map(move |packet| {
+            packet.due.take_if(|due| *due == now)?;
+            Some(packet.bytes.as_slice())
+        })
     }
 
     /// Ends the current cycle.
     pub fn next_cycle(&mut self) {
-        self.under_way.rotate_left(1);
-        if let Some(newest) = self.under_way.back_mut() {
-            newest.clear();
-        }
+        self.cycle += 1;
         match &mut self.source {
             Source::Independent(_) => (),
             Source::Markov(channel) => channel.next_cycle(&mut self.random),
@@ -157,7 +185,7 @@ mod tests {
         let mut path = independent(vec![1.0]);
         for cycle in 0..10 {
             assert_eq!(path.send(&[cycle]), Fate::Delayed(0));
-            assert_eq!(path.arrived(), vec![vec![cycle]]);
+            assert!(path.arrived().eq([&[cycle]]));
             path.next_cycle();
         }
     }
@@ -170,8 +198,8 @@ mod tests {
             if let Fate::Delayed(delay) = path.send(&cycle.to_le_bytes()) {
                 due.entry(cycle + delay as u16).or_insert_with(Vec::new).push(cycle.to_le_bytes().to_vec());
             }
-            assert_eq!(path.arrived(), due.remove(&cycle).unwrap_or_default());
-            assert!(path.arrived().is_empty(), "packets arrive once");
+            assert!(path.arrived().eq(due.remove(&cycle).unwrap_or_default()));
+            assert_eq!(path.arrived().count(), 0, "packets arrive once");
             path.next_cycle();
         }
     }
@@ -187,7 +215,6 @@ mod tests {
                 Fate::Delayed(delay) => counts[delay] += 1,
                 Fate::Lost | Fate::Open => counts[4] += 1,
             }
-            path.arrived();
             path.next_cycle();
         }
         for (count, probability) in counts.iter().zip(probabilities.iter().chain(&[0.125])) {
@@ -226,7 +253,7 @@ mod tests {
         let mut arrived = 0;
         for _ in 0..cycles {
             path.send(&[1]);
-            arrived += path.arrived().len();
+            arrived += path.arrived().count();
             path.next_cycle();
         }
         let per_packet = arrived as f64 / f64::from(cycles);

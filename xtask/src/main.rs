@@ -49,7 +49,7 @@ enum Task {
     },
     /// Build the images for the reference board and show how much memory they take
     Size,
-    /// Measure: ratios within one run on one thread, or instructions
+    /// Measure: ratios within one run, rates, or instructions
     Bench {
         /// What to measure
         what: Bench,
@@ -61,6 +61,8 @@ enum Task {
 enum Bench {
     /// Time to compute gains: in-flight against coupled, and growth with the sequence length
     Gains,
+    /// Control cycles per second of the simulator, and how they grow from one thread to two
+    Simulate,
     /// Instructions of a controller's cycle on the reference board, as QEMU counts them
     Target,
 }
@@ -85,6 +87,17 @@ fn perform(task: &Task) -> Result<()> {
         Task::Bench { what: Bench::Gains } => {
             process::run(workspace.cargo().args(["bench", "--quiet", "-p", "gain-gen", "--bench", "gains"]))
         }
+        // With the profile that `host-sim` is run in.
+        Task::Bench { what: Bench::Simulate } => process::run(workspace.cargo().args([
+            "bench",
+            "--quiet",
+            "--profile",
+            "dev",
+            "-p",
+            "host-sim",
+            "--bench",
+            "simulate",
+        ])),
         Task::Bench { what: Bench::Target } => target_bench::bench(&workspace),
     }
 }

@@ -12,6 +12,7 @@ mod table;
 pub use pictures::{PictureError, Pictures};
 pub use report::{Plot, Report, command_line, report};
 pub use table::table;
+pub(crate) use table::{COLUMNS, PRICED, row};
 
 use crate::monte_carlo::{Outcome, Plan, Summary};
 use gain_gen::design::Goal;
@@ -40,11 +41,16 @@ impl Simulation<'_> {
 
     /// What a cycle costs, as a formula.
     fn stage_cost(&self) -> &'static str {
-        match self.goal {
-            None => "x'Qx + u'Ru",
-            Some(Goal::Trajectory(_)) => "(z-ref)'Q(z-ref) + u'Ru",
-            Some(Goal::SetPoint(_)) => "(z-ref)'Q(z-ref) + (u-u_ref)'R(u-u_ref)",
-        }
+        stage_cost(self.goal)
+    }
+}
+
+/// What a cycle costs, as a formula.
+pub fn stage_cost(goal: Option<&Goal>) -> &'static str {
+    match goal {
+        None => "x'Qx + u'Ru",
+        Some(Goal::Trajectory(_)) => "(z-ref)'Q(z-ref) + u'Ru",
+        Some(Goal::SetPoint(_)) => "(z-ref)'Q(z-ref) + (u-u_ref)'R(u-u_ref)",
     }
 }
 

@@ -46,12 +46,17 @@ pub enum PictureError {
 }
 
 impl Pictures {
+    /// Whether any were asked for.
+    pub fn are_wanted(&self) -> bool {
+        self.report.is_some() || self.plots.is_some()
+    }
+
     /// Writes what was asked for of `simulation`, for which this program was called. `design` as its file has it.
     ///
     /// # Errors
     /// A file cannot be written.
     pub fn write(&self, simulation: &Simulation<'_>, design: &Design) -> Result<(), PictureError> {
-        if self.report.is_none() && self.plots.is_none() {
+        if !self.are_wanted() {
             return Ok(());
         }
         let drawn = report(simulation, design, &command_line(std::env::args()));

@@ -6,10 +6,11 @@ use super::{
 };
 use crate::monte_carlo::Summary;
 
-const COLUMNS: [&str; 9] =
+/// Heads of [`row`].
+pub(crate) const COLUMNS: [&str; 9] =
     ["controller", "N", "mean cost", "std error", "median", "p95", "diverged", "sent", "mean age"];
-/// Where packets have a price.
-const PRICED: [&str; 2] = ["with sending", "std error"];
+/// And where packets have a price.
+pub(crate) const PRICED: [&str; 2] = ["with sending", "std error"];
 
 /// The simulation as a table for people.
 pub fn table(simulation: &Simulation<'_>) -> String {
@@ -36,7 +37,8 @@ pub(super) fn rows(simulation: &Simulation<'_>) -> Vec<Vec<String>> {
     std::iter::once(header).chain(rows).collect()
 }
 
-fn row(result: &Summary, is_priced: bool) -> Vec<String> {
+/// A controller's cells.
+pub(crate) fn row(result: &Summary, is_priced: bool) -> Vec<String> {
     let mut cells = vec![
         result.controller.to_string(),
         result.sequence_length.to_string(),

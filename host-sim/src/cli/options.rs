@@ -1,0 +1,147 @@
+//! Options that several subcommands share, and what they do to a design.
+
+use super::Failure;
+use clap::{Args, ValueEnum};
+use gain_gen::{
+    design::{Acknowledgement, DelayDistribution, Design, Link},
+    report::Report,
+    solve::Method,
+};
+use host_sim::{
+    contender::{Contender, ContenderError, Kind},
+    monte_carlo::Plan,
+    size_class,
+};
+use slqg::estimator::Merging;
+use std::{fmt::Display, path::Path};
+
+/// How much to simulate, and how to say it.
+#[derive(Args)]
+pub(super) struct Amount {
+    /// Runs per controller.
+    #[arg(long, value_name = "R", default_value_t = 200, value_parser = clap::value_parser!(u32).range(1..))]
+    pub(super) runs: u32,
+    /// Control cycles per run.
+    #[arg(long, value_name = "K", default_value_t = 200, value_parser = clap::value_parser!(u32).range(1..))]
+    pub(super) steps: u32,
+    /// Seed of all random numbers; the same seed gives the same numbers on any number of threads.
+    #[arg(long, value_name = "S", default_value_t = 1)]
+    pub(super) seed: u64,
+    /// Print one JSON object instead of a table.
+    #[arg(long)]
+    pub(super) json: bool,
+}
+
+impl Amount {
+    pub(super) fn plan(&self) -> Plan {
+        Plan { runs: self.runs as usize, steps: self.steps as usize, seed: self.seed }
+    }
+}
+
+/// Which controllers, and what is changed in the design.
+#[derive(Args)]
+pub(super) struct Selection {
+    /// Controllers to simulate, separated by commas: slqg (sequence-based LQG over the design's network), slqg-always (sends
+    /// in every cycle, worth it or not), slqg-no-preview (takes the reference of the moment for all that is to come),
+    /// slqg-channel (told the state of a bursty link one cycle late), slqg-task (time-varying law of a task that ends with the run), slqg-udp (without acknowledgements),
+    /// slqg-udp-rounded (the same with the mean age rounded), lqg (at the plant, without a network: the lower bound).
+    #[arg(long, value_delimiter = ',', default_value = "slqg,lqg")]
+    pub(super) controllers: Vec<Kind>,
+    /// What becomes of acknowledgements, instead of the design's: instant, none, or the probabilities of a delay of 0, 1, ..
+    /// cycles, as 0.7,0.1.
+    #[arg(long, value_name = "A", value_parser = acknowledgement)]
+    acknowledgement: Option<Acknowledgement>,
+    /// Cycles that each acknowledgement tells, instead of the design's.
+    #[arg(long, value_name = "C", value_parser = clap::value_parser!(u8).range(1..=8))]
+    acknowledged_cycles: Option<u8>,
+    /// What the estimator keeps apart where ages are not acknowledged, instead of the design's.
+    #[arg(long, value_enum)]
+    estimator: Option<EstimatorName>,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum EstimatorName {
+    /// Nothing: one filter, told mean and covariance of the input.
+    Single,
+    /// The age in the last cycle.
+    Imm,
+    /// The ages in the last two cycles.
+    Gpb2,
+}
+
+fn acknowledgement(text: &str) -> Result<Acknowledgement, String> {
+    match text {
+        "instant" => Ok(Acknowledgement::Instant),
+        "none" => Ok(Acknowledgement::None),
+        _ => {
+            let probabilities: Option<Vec<f64>> =
+                text.split(',').map(|part| part.trim().parse().ok()).collect();
+            let probabilities =
+                probabilities.ok_or("give instant, none, or probabilities separated by commas")?;
+            let delays = DelayDistribution::new(probabilities).map_err(|error| error.to_string())?;
+            Ok(Acknowledgement::Over(Link::independent(delays)))
+        }
+    }
+}
+
+impl Selection {
+    /// The design at `path` with what the command line changes.
+    pub(super) fn load(&self, path: &Path) -> Result<Design, Failure> {
+        let mut design = Design::load(path).map_err(|error| Failure::Input(error.to_string()))?;
+        if let Some(acknowledgement) = &self.acknowledgement {
+            design.network.acknowledgement = acknowledgement.clone();
+        }
+        if let Some(cycles) = self.acknowledged_cycles {
+            design.network.acknowledged_cycles = usize::from(cycles);
+        }
+        Ok(design)
+    }
+
+    /// What is changed beside the design's network.
+    pub(super) fn changes(&self) -> String {
+        format!("estimator {:?}", self.estimator)
+    }
+
+    /// The controller `kind` for runs of `steps` cycles of `design`, which is that at `path`, perhaps with another length.
+    pub(super) fn contender(
+        &self,
+        kind: Kind,
+        design: &Design,
+        path: &Path,
+        steps: usize,
+    ) -> Result<Contender, Failure> {
+        // Before gains are computed, which can take longer than saying no.
+        size_class::check(design).map_err(|error| wrong(path, &error))?;
+        let mut contender =
+            Contender::new(kind, design, steps).map_err(|error| refused(&error, design, path))?;
+        if let (Some(estimator), true) =
+            (self.estimator, contender.acknowledgement != Acknowledgement::Instant)
+        {
+            contender.merging = match estimator {
+                EstimatorName::Single => Merging::Single,
+                EstimatorName::Imm => Merging::Imm,
+                EstimatorName::Gpb2 => Merging::Gpb2,
+            };
+        }
+        Ok(contender)
+    }
+}
+
+/// An error about the design at `path`.
+pub(super) fn wrong(path: &Path, error: &dyn Display) -> Failure {
+    Failure::Input(format!("{}: {error}", path.display()))
+}
+
+/// A controller that cannot be, for the design at `path`.
+pub(super) fn refused(error: &ContenderError, design: &Design, path: &Path) -> Failure {
+    let origin = path.display();
+    match error {
+        ContenderError::Unstable { .. } => {
+            // Which condition fails is the generator's to say.
+            let why = Report::new(design, Method::InFlight).require_stable().err();
+            let why = why.map_or_else(String::new, |condition| format!(": {condition}"));
+            Failure::Unstable(format!("{origin}: {error}{why}"))
+        }
+        wrong => Failure::Input(format!("{origin}: {wrong}")),
+    }
+}

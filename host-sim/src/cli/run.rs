@@ -1,0 +1,79 @@
+//! `host-sim run`: a design, many times, with several controllers.
+
+use super::{
+    Failure,
+    options::{Amount, Selection, wrong},
+    progress,
+};
+use clap::Args;
+use gain_gen::design::Design;
+use host_sim::{
+    contender::Contender,
+    monte_carlo::{Outcome, Plan, Simulate},
+    output::{self, Pictures, Simulation},
+    size_class::dispatch,
+};
+use indicatif::ProgressBar;
+use std::path::{Path, PathBuf};
+
+#[derive(Args)]
+pub(super) struct Options {
+    /// Design file (TOML).
+    design: PathBuf,
+    #[command(flatten)]
+    selection: Selection,
+    #[command(flatten)]
+    amount: Amount,
+    /// Inputs per sequence, instead of the design's.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=128))]
+    sequence_length: Option<u16>,
+    #[command(flatten)]
+    pictures: Pictures,
+}
+
+/// Simulates, prints, and writes the report.
+pub(super) fn run(options: &Options) -> Result<(), Failure> {
+    let Options { design: path, selection, amount, sequence_length, pictures } = options;
+    let mut design = selection.load(path)?;
+    let plan = amount.plan();
+    if let Some(length) = *sequence_length {
+        design.set_sequence_length(usize::from(length));
+    }
+    let contenders = selection
+        .controllers
+        .iter()
+        .map(|&kind| selection.contender(kind, &design, path, plan.steps))
+        .collect::<Result<Vec<_>, _>>()?;
+    let progress = progress(contenders.len() * plan.runs);
+    let outcomes = contenders
+        .iter()
+        .map(|contender| simulate(&design, path, contender, plan, &progress))
+        .collect::<Result<_, _>>()?;
+    progress.finish_and_clear();
+
+    let goal = design.tracking.as_ref().map(|tracking| &tracking.goal);
+    let sample_time = design.plant.sample_time;
+    let simulation = Simulation { name: &design.name, sample_time, goal, plan, outcomes };
+    pictures.write(&simulation, &design).map_err(|error| Failure::Input(error.to_string()))?;
+    match amount.json {
+        true => println!("{}", output::json(&simulation)),
+        false => print!("{}", output::table(&simulation)),
+    }
+    if !amount.json {
+        print!("{}", pictures.told());
+    }
+    Ok(())
+}
+
+fn simulate(
+    design: &Design,
+    path: &Path,
+    contender: &Contender,
+    plan: Plan,
+    progress: &ProgressBar,
+) -> Result<Outcome, Failure> {
+    let simulate = Simulate { design, contender, plan, done: || progress.inc(1) };
+    dispatch(design, simulate)
+        .map_err(|error| wrong(path, &error))?
+        .map_err(|error| wrong(path, &format_args!("controller.scalar: {error}; compute in f64")))
+}

@@ -1,0 +1,108 @@
+//! One run as a row of the file, and what is kept of it in memory.
+
+use super::experiment::Case;
+use crate::closed_loop::RunResult;
+use serde::{Deserialize, Serialize};
+
+/// What one run came to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Entry {
+    /// The run.
+    pub result: RunResult,
+    /// Its cost with what its packets cost; `None` where the design does not price them.
+    pub total_cost: Option<f64>,
+}
+
+/// A row; its fields are the columns, in this order.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(super) struct Row<'a> {
+    design: &'a str,
+    controller: &'a str,
+    sequence_length: usize,
+    run: u64,
+    cost: f64,
+    total_cost: Option<f64>,
+    /// 0 or 1, which every tool reads as a number.
+    diverged: u8,
+    sent: usize,
+    age_sum: usize,
+    rejected: u64,
+}
+
+impl<'a> Row<'a> {
+    /// Heads of the columns.
+    pub(super) const COLUMNS: [&'static str; 10] = [
+        "design",
+        "controller",
+        "sequence_length",
+        "run",
+        "cost",
+        "total_cost",
+        "diverged",
+        "sent",
+        "age_sum",
+        "rejected",
+    ];
+
+    /// Run number `run` of `case`.
+    pub(super) fn new(case: &'a Case, run: u64, entry: &Entry) -> Self {
+        let RunResult { cost, diverged, sent, age_sum, rejected } = entry.result;
+        Self {
+            design: &case.design,
+            controller: case.controller.name(),
+            sequence_length: case.sequence_length,
+            run,
+            cost,
+            total_cost: entry.total_cost,
+            diverged: diverged.into(),
+            sent,
+            age_sum,
+            rejected,
+        }
+    }
+
+    /// Whether it is of this run of this case.
+    pub(super) fn is(&self, case: &Case, run: u64) -> bool {
+        (self.design, self.controller, self.sequence_length, self.run)
+            == (&case.design, case.controller.name(), case.sequence_length, run)
+    }
+
+    pub(super) fn entry(&self) -> Entry {
+        let Self { cost, total_cost, diverged, sent, age_sum, rejected, .. } = *self;
+        let result = RunResult { cost, diverged: diverged != 0, sent, age_sum, rejected };
+        Entry { result, total_cost }
+    }
+}
+
+/// Rows of runs from `first` on of `case`, as bytes of the file.
+pub(super) fn rows(case: &Case, first: u64, entries: &[Entry]) -> Vec<u8> {
+    let mut writer = csv::WriterBuilder::new().has_headers(false).from_writer(Vec::new());
+    for (run, entry) in (first..).zip(entries) {
+        writer.serialize(Row::new(case, run, entry)).expect("rows fit memory");
+    }
+    writer.into_inner().expect("memory can be written")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contender::Kind;
+
+    #[test]
+    fn a_row_reads_as_it_was_written_to_the_last_bit() {
+        let case = Case { design: "a, b".into(), controller: Kind::SlqgUdp, sequence_length: 3 };
+        let result = RunResult { cost: 0.1 + 0.2, diverged: true, sent: 4, age_sum: 5, rejected: 6 };
+        for (cost, total_cost) in
+            [(0.1 + 0.2, None), (1e300, Some(f64::INFINITY)), (5e-324, Some(-0.0)), (1.0, Some(1.0 / 3.0))]
+        {
+            let entry = Entry { result: RunResult { cost, ..result }, total_cost };
+            let bytes = rows(&case, 7, &[entry]);
+            let mut reader = csv::ReaderBuilder::new().has_headers(false).from_reader(bytes.as_slice());
+            let record = reader.records().next().expect("a row").expect("well formed");
+            let row: Row<'_> = record.deserialize(None).expect("a row");
+            assert!(row.is(&case, 7));
+            assert_eq!(rows(&case, 7, &[row.entry()]), bytes);
+            assert_eq!(row.entry(), entry);
+        }
+    }
+}
