@@ -7,6 +7,7 @@
 
 use crate::{
     contender::Contender,
+    decision::Decision,
     fitted::Fitted,
     network::Network,
     plant::PlantRun,
@@ -176,6 +177,7 @@ fn run_with<T: SimScalar, const NX: usize, const NU: usize, const NY: usize, con
     let mut controller = Controller::<T, NX, NU, NY, LONGEST_SEQUENCE, MEMORY, E>::new(design, start)
         .expect("every law that fits the size class fits the controller");
     controller.round_age(contender.rounds_age);
+    let mut decision = Decision::new(fitted);
     let mut actuator = Actuator::<T, NU, LONGEST_SEQUENCE>::new(design.actuator, start);
     let mut plant = PlantRun::new(&fitted.plant, seed, run);
     let scale = fitted.plant.scale();
@@ -195,7 +197,7 @@ fn run_with<T: SimScalar, const NX: usize, const NU: usize, const NY: usize, con
             let _ = controller.receive(packet);
         });
         fitted.prepare(&mut controller, cycle, network.channel_states());
-        let sequence = controller.cycle(&mut frame).expect("the buffer holds every frame");
+        let sequence = decision.cycle(&mut controller, &mut frame);
         let control_frame = network.send_control(sequence);
         result.sent += usize::from(control_frame.is_some());
 

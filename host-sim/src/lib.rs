@@ -12,6 +12,7 @@
 //! | [`objective`] | what a run costs |
 //! | [`carrier`] | frames as a CAN bus carries them |
 //! | [`network`] | the links of a run in use |
+//! | [`decision`] | what some controllers decide on the host, beside the core |
 //! | [`closed_loop`] | one run: plant, links and the two ends, cycle by cycle |
 //! | [`monte_carlo`] | many runs in parallel, and what they say together |
 //! | [`sweep`] | designs x controllers x lengths into a file: resumed, in shards, compared run by run |
@@ -28,6 +29,7 @@ pub mod bus_report;
 pub mod carrier;
 pub mod closed_loop;
 pub mod contender;
+pub mod decision;
 pub mod figures;
 pub mod fitted;
 pub mod identify;

@@ -8,7 +8,7 @@ use gain_gen::{
     solve::Method,
 };
 use host_sim::{
-    contender::{Contender, ContenderError, Kind},
+    contender::{Contender, ContenderError, DEFAULT_DEADBAND, Kind},
     monte_carlo::Plan,
     size_class,
 };
@@ -44,7 +44,10 @@ pub(super) struct Selection {
     /// Controllers to simulate, separated by commas: slqg (sequence-based LQG over the design's network), slqg-always (sends
     /// in every cycle, worth it or not), slqg-no-preview (takes the reference of the moment for all that is to come),
     /// slqg-channel (told the state of a bursty link one cycle late), slqg-task (time-varying law of a task that ends with the run), slqg-udp (without acknowledgements),
-    /// slqg-udp-rounded (the same with the mean age rounded), lqg (at the plant, without a network: the lower bound).
+    /// slqg-udp-rounded (the same with the mean age rounded), lqg (at the plant, without a network: the lower bound),
+    /// hold-last (one input per packet, held: what is built today), nominal (LQR that predicts its own loop),
+    /// expected-input (the same with what is to be expected in flight), lqg-loss (optimal if there were no delays),
+    /// mpc (sends its plan, within the design's input limits), deadband (nominal, sent if it changes). docs/controllers.md.
     #[arg(long, value_delimiter = ',', default_value = "slqg,lqg")]
     pub(super) controllers: Vec<Kind>,
     /// What becomes of acknowledgements, instead of the design's: instant, none, or the probabilities of a delay of 0, 1, ..
@@ -57,6 +60,9 @@ pub(super) struct Selection {
     /// What the estimator keeps apart where ages are not acknowledged, instead of the design's.
     #[arg(long, value_enum)]
     estimator: Option<EstimatorName>,
+    /// Change of an input, as a multiple of the new one, above which `deadband` sends.
+    #[arg(long, value_name = "DELTA", default_value_t = DEFAULT_DEADBAND, value_parser = deadband)]
+    deadband: f64,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
@@ -67,6 +73,11 @@ enum EstimatorName {
     Imm,
     /// The ages in the last two cycles.
     Gpb2,
+}
+
+fn deadband(text: &str) -> Result<f64, String> {
+    let delta = text.parse().ok().filter(|&delta: &f64| delta >= 0.0);
+    delta.ok_or_else(|| "give a number of 0 or more".into())
 }
 
 fn acknowledgement(text: &str) -> Result<Acknowledgement, String> {
@@ -99,7 +110,7 @@ impl Selection {
 
     /// What is changed beside the design's network.
     pub(super) fn changes(&self) -> String {
-        format!("estimator {:?}", self.estimator)
+        format!("estimator {:?}, deadband {}", self.estimator, self.deadband)
     }
 
     /// The controller `kind` for runs of `steps` cycles of `design`, which is that at `path`, perhaps with another length.
@@ -114,6 +125,9 @@ impl Selection {
         size_class::check(design).map_err(|error| wrong(path, &error))?;
         let mut contender =
             Contender::new(kind, design, steps).map_err(|error| refused(&error, design, path))?;
+        if let Some(rule) = &mut contender.deadband {
+            rule.delta = self.deadband;
+        }
         if let (Some(estimator), true) =
             (self.estimator, contender.acknowledgement != Acknowledgement::Instant)
         {

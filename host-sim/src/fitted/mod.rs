@@ -1,31 +1,33 @@
 //! A contender's constant data in the core's types, padded to a size class.
 //!
 //! Which class that is, is [`crate::size_class`]'s to say. Padding puts zeros where the class has more states, inputs or
-//! outputs than the design.
+//! outputs than the design. The tables are padded in `tables`, what both ends are told beside them in `ends`.
+
+mod ends;
+mod tables;
 
 use crate::{
     carrier::Carrier,
-    contender::{Contender, Foresight, Kind},
+    contender::{Constrained, Contender, Deadband, Foresight},
     objective::Objective,
-    plant::{TruePlant, padded},
+    plant::TruePlant,
     size_class::{MEMORY, SimScalar},
 };
-use gain_gen::{
-    design::{Design, Steps},
-    solve::{Law, PreviewGains, TriggerTables},
-};
-use nalgebra::{DMatrix, DVector, SMatrix, SVector};
+use ends::{actuator, grid, model};
+use gain_gen::design::Design;
+use nalgebra::{DVector, SVector};
 use slqg::{
     DefaultInput, Scalar,
-    actuator::{Limits, Settings},
+    actuator::Settings,
     controller::{self, Controller},
     estimator::{Merging, Model},
-    event::{self, InvalidTrigger, packed_index},
+    event::{self, InvalidTrigger},
     gains::{Gains, InvalidGains, Tables},
     tracking::{self, Feedforward, InvalidPreview},
-    wire::can::{Grid, LARGEST_COUNT},
+    wire::can::Grid,
 };
 use slqg_links::loop_bus::Role;
+use tables::{EventTables, LawTables, PreviewTables, event_tables, law_tables, preview_tables};
 
 /// Why a contender cannot be computed in the device's scalar.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
@@ -39,13 +41,6 @@ pub enum Unfit {
     /// The tables of the event trigger.
     #[error(transparent)]
     Trigger(#[from] InvalidTrigger),
-}
-
-/// A law's gains, by rows.
-#[derive(Debug, Clone)]
-struct LawTables<T> {
-    lx: Vec<T>,
-    m: Vec<T>,
 }
 
 /// Which law is in force in a cycle.
@@ -64,23 +59,6 @@ enum Schedule {
     },
 }
 
-/// Preview gains, by rows.
-#[derive(Debug, Clone)]
-struct PreviewTables<T> {
-    samples: usize,
-    sequence: Vec<T>,
-    displaced: Vec<T>,
-}
-
-/// Tables of an event trigger.
-#[derive(Debug, Clone)]
-struct EventTables<T> {
-    send_cost: T,
-    state: Vec<T>,
-    in_flight: Vec<T>,
-    sequence: Vec<T>,
-}
-
 /// A controller's constant data in the core's types.
 #[derive(Debug, Clone)]
 pub struct Fitted<T: Scalar, const NX: usize, const NU: usize, const NY: usize> {
@@ -95,6 +73,9 @@ pub struct Fitted<T: Scalar, const NX: usize, const NU: usize, const NY: usize> 
     arrivals: Vec<Vec<T>>,
     preview: Option<PreviewTables<T>>,
     trigger: Option<EventTables<T>>,
+    deadband: Option<Deadband>,
+    /// What is solved in every cycle, and the law that tells what to expect.
+    constrained: Option<(Constrained, LawTables<T>)>,
     /// `z_k` from cycle 0 on, beyond the end as far as it is looked ahead. Empty where no reference is followed.
     reference: Vec<SVector<T, NX>>,
     foresight: Foresight,
@@ -114,38 +95,6 @@ pub struct Fitted<T: Scalar, const NX: usize, const NU: usize, const NY: usize> 
     pub plant: TruePlant<NX, NU, NY>,
     /// What a run costs.
     pub objective: Objective<NX, NU>,
-}
-
-/// Where an index over padded blocks of `PADDED` stands among blocks of `size`; `None` in the padding.
-fn unpadded<const PADDED: usize>(index: usize, size: usize) -> Option<usize> {
-    (index % PADDED < size).then_some(index / PADDED * size + index % PADDED)
-}
-
-/// A matrix by rows, each of its indices in blocks that are padded from `(rows, columns)` to `(R, C)`.
-fn table<T: Scalar, const R: usize, const C: usize>(matrix: &DMatrix<f64>, blocks: (usize, usize)) -> Vec<T> {
-    let (rows, columns) = (matrix.nrows() / blocks.0 * R, matrix.ncols() / blocks.1 * C);
-    let at = |index: usize| {
-        let row = unpadded::<R>(index / columns, blocks.0)?;
-        Some(matrix[(row, unpadded::<C>(index % columns, blocks.1)?)])
-    };
-    (0..rows * columns).map(|index| T::nearest(at(index).unwrap_or(0.0))).collect()
-}
-
-/// The upper triangle of a symmetric matrix over `count` inputs, padded from `inputs` to `NU` each.
-fn triangle<T: Scalar, const NU: usize>(packed: &[f64], count: usize, inputs: usize) -> Vec<T> {
-    let (size, padded) = (count * inputs, count * NU);
-    let mut out = Vec::with_capacity(event::TableLengths::packed(padded));
-    for row in 0..padded {
-        for column in row..padded {
-            let place = unpadded::<NU>(row, inputs).zip(unpadded::<NU>(column, inputs));
-            out.push(T::nearest(place.map_or(0.0, |(row, column)| packed[packed_index(size, row, column)])));
-        }
-    }
-    out
-}
-
-fn cast<T: Scalar, const R: usize, const C: usize>(matrix: &SMatrix<f64, R, C>) -> SMatrix<T, R, C> {
-    matrix.map(T::nearest)
 }
 
 impl<T: SimScalar, const NX: usize, const NU: usize, const NY: usize> Fitted<T, NX, NU, NY> {
@@ -182,6 +131,11 @@ impl<T: SimScalar, const NX: usize, const NU: usize, const NY: usize> Fitted<T, 
                 .trigger
                 .as_ref()
                 .map(|(send_cost, tables)| event_tables::<T, NX, NU>(*send_cost, tables, first)),
+            deadband: contender.deadband,
+            constrained: contender
+                .constrained
+                .as_ref()
+                .map(|problem| (problem.clone(), law_tables::<T, NX, NU>(&problem.probe))),
             reference: contender.reference.iter().map(vector).collect(),
             foresight: contender.foresight,
             model: model(design),
@@ -212,9 +166,30 @@ impl<T: SimScalar, const NX: usize, const NU: usize, const NY: usize> Fitted<T, 
     }
 
     fn gains(&self, law: usize, arrival: usize) -> Result<Gains<'_, T, NX, NU>, InvalidGains> {
-        let LawTables { lx, m } = &self.laws[law];
+        self.check_gains(&self.laws[law], arrival)
+    }
+
+    fn check_gains<'f>(
+        &'f self,
+        LawTables { lx, m }: &'f LawTables<T>,
+        arrival: usize,
+    ) -> Result<Gains<'f, T, NX, NU>, InvalidGains> {
         let tables = Tables { lx, m, arrival: &self.arrivals[arrival] };
         T::check_gains(self.length, self.default_input, tables)
+    }
+
+    /// The rule that sends by the change of the inputs, if there is one.
+    pub fn deadband(&self) -> Option<Deadband> {
+        self.deadband
+    }
+
+    /// What is solved in every cycle, if anything is, with gains of which the sequence is `vbar`.
+    ///
+    /// # Panics
+    /// If [`Fitted::design`] refuses the tables.
+    pub fn constrained(&self) -> Option<(&Constrained, Gains<'_, T, NX, NU>)> {
+        let (problem, probe) = self.constrained.as_ref()?;
+        Some((problem, self.check_gains(probe, 0).expect("ones and zeros are gains")))
     }
 
     /// The controller's constant data.
@@ -291,91 +266,4 @@ impl<T: SimScalar, const NX: usize, const NU: usize, const NY: usize> Fitted<T, 
             controller.follow(&self.reference[known]).expect("samples of the tracked output");
         }
     }
-}
-
-fn law_tables<T: Scalar, const NX: usize, const NU: usize>(law: &Law) -> LawTables<T> {
-    let (states, inputs) = (law.lx.ncols(), law.inputs());
-    LawTables {
-        lx: table::<T, NU, NX>(&law.lx, (inputs, states)),
-        m: table::<T, NU, NU>(&law.m, (inputs, inputs)),
-    }
-}
-
-fn preview_tables<T: Scalar, const NX: usize, const NU: usize>(
-    gains: &PreviewGains,
-    inputs: usize,
-) -> PreviewTables<T> {
-    let blocks = (inputs, gains.sequence.ncols() / gains.samples);
-    PreviewTables {
-        samples: gains.samples,
-        sequence: table::<T, NU, NX>(&gains.sequence, blocks),
-        displaced: table::<T, NU, NX>(&gains.displaced, blocks),
-    }
-}
-
-fn event_tables<T: Scalar, const NX: usize, const NU: usize>(
-    send_cost: f64,
-    tables: &TriggerTables,
-    law: &Law,
-) -> EventTables<T> {
-    let (states, inputs) = (law.lx.ncols(), law.inputs());
-    let expected = law.default_input.in_flight(law.length);
-    let state = DMatrix::from_row_slice(states, expected * inputs, &tables.state);
-    let mut rest = tables.in_flight.as_slice();
-    let mut in_flight = Vec::new();
-    for left in (1..=expected).rev() {
-        let (own, others) = rest.split_at(event::TableLengths::packed(left * inputs));
-        in_flight.extend(triangle::<T, NU>(own, left, inputs));
-        rest = others;
-    }
-    EventTables {
-        send_cost: T::nearest(send_cost),
-        state: table::<T, NX, NU>(&state, (states, inputs)),
-        in_flight,
-        sequence: triangle::<T, NU>(&tables.sequence, law.length, inputs),
-    }
-}
-
-fn model<T: Scalar, const NX: usize, const NU: usize, const NY: usize>(
-    design: &Design,
-) -> Model<T, NX, NU, NY> {
-    let plant = &design.plant;
-    let mut measurement_noise = cast(&padded::<NY, NY>(&plant.measurement_noise));
-    for output in plant.outputs()..NY {
-        // A padded output has noise of its own, so that its innovation can be divided by.
-        measurement_noise[(output, output)] = T::one();
-    }
-    let mean = DMatrix::from_column_slice(plant.states(), 1, plant.initial_mean.as_slice());
-    Model {
-        a: cast(&padded(&plant.a)),
-        b: cast(&padded(&plant.b)),
-        c: cast(&padded(&plant.c)),
-        process_noise: cast(&padded(&plant.process_noise)),
-        measurement_noise,
-        initial_mean: cast(&padded(&mean)),
-        initial_covariance: cast(&padded(&plant.initial_covariance)),
-    }
-}
-
-fn actuator<T: Scalar, const NU: usize>(design: &Design, default_input: DefaultInput) -> Settings<T, NU> {
-    Settings {
-        default_input,
-        limits: design.controller.input_limits.as_ref().map(|limits| Limits {
-            min: SVector::from_fn(|i, _| limits.get(i).map_or(T::zero(), |&(min, _)| T::nearest(min))),
-            max: SVector::from_fn(|i, _| limits.get(i).map_or(T::zero(), |&(_, max)| T::nearest(max))),
-        }),
-    }
-}
-
-/// What values are rounded to on the network; a padded one is zero, which is on every grid. Without a network nothing is.
-fn grid<T: Scalar, const D: usize>(
-    design: &Design,
-    kind: Kind,
-    of: impl Fn(&Steps) -> &[f64],
-) -> Option<Grid<T, D>> {
-    let steps = design.wire.steps().filter(|_| kind != Kind::Lqg);
-    steps.map(|steps| Grid {
-        step: SVector::from_fn(|i, _| of(steps).get(i).map_or(T::one(), |&step| T::nearest(step))),
-        largest_count: LARGEST_COUNT,
-    })
 }

@@ -1,0 +1,69 @@
+//! Controllers with one law that is optimal for some link: the design's own, or one that the designer believed in.
+
+use super::{Contender, ContenderError, Kind};
+use gain_gen::{
+    design::{DelayDistribution, Design, Link},
+    solve::{LoopProblem, Method, PreviewGains, Solution, solve, trigger_tables},
+};
+use slqg::DefaultInput;
+
+/// The same loop without a network: LQG as it is taught.
+pub(super) fn without_network(problem: &LoopProblem) -> LoopProblem {
+    let default_input = DefaultInput::Zero;
+    LoopProblem { link: Link::perfect().delays, length: 1, default_input, ..problem.clone() }
+}
+
+/// A link that delays nothing and loses as many packets as this one makes useless: those that never arrive, and those later
+/// than `N-1` cycles, of which no input is left to apply. `None` if that is every packet.
+fn without_delays(problem: &LoopProblem) -> Option<DelayDistribution> {
+    DelayDistribution::new(vec![problem.link.arrival(problem.length - 1)]).ok()
+}
+
+impl Contender {
+    /// Gives it the steady-state law of the link it was designed for.
+    pub(super) fn make_steady(
+        &mut self,
+        mut problem: LoopProblem,
+        design: &Design,
+        steps: usize,
+    ) -> Result<(), ContenderError> {
+        match self.kind {
+            Kind::Lqg => {
+                let default_input = problem.default_input;
+                problem = LoopProblem { default_input, ..without_network(&problem) };
+            }
+            Kind::HoldLast => {
+                problem = LoopProblem { default_input: DefaultInput::Hold, ..without_network(&problem) };
+            }
+            Kind::LqgLoss => {
+                problem.link = without_delays(&problem).ok_or_else(|| self.unstable())?;
+                // It holds a packet that is late for lost, and so does its estimator where nothing acknowledges.
+                self.arrives_at_once = problem.arrives_at_once();
+            }
+            _ => {}
+        }
+        let solution = solve(&problem, Method::InFlight);
+        if !solution.is_stabilising() {
+            return Err(self.unstable());
+        }
+        self.must_see(design)?;
+        self.weigh(&problem, design, &solution)?;
+        self.learn_reference(design, steps)?;
+        self.laws = vec![solution.law];
+        Ok(())
+    }
+
+    /// What reference and packets are worth to the law.
+    fn weigh(
+        &mut self,
+        problem: &LoopProblem,
+        design: &Design,
+        solution: &Solution,
+    ) -> Result<(), ContenderError> {
+        self.preview = PreviewGains::over(problem, design, solution).transpose()?;
+        if let (Some(event), true) = (&design.event, self.kind.weighs_packets()) {
+            self.trigger = trigger_tables(problem, solution).map(|tables| (event.send_cost, tables));
+        }
+        Ok(())
+    }
+}
