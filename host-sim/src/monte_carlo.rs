@@ -75,6 +75,20 @@ pub struct Outcome {
     pub bus: Option<LoopBus>,
 }
 
+impl Outcome {
+    /// What is known where only the summary was kept.
+    pub fn of(summary: Summary) -> Self {
+        Self {
+            ages: vec![0; summary.sequence_length + 1],
+            summary,
+            costs: Vec::new(),
+            total_costs: Vec::new(),
+            first_run: Vec::new(),
+            bus: None,
+        }
+    }
+}
+
 /// Simulates one contender in the size class it is dispatched to.
 #[derive(Debug, Clone, Copy)]
 pub struct Simulate<'a, P> {

@@ -3,6 +3,7 @@
 //! Exit status: 0 done; 2 the input is wrong; 3 the loop cannot be stabilised.
 
 mod bus;
+mod figures;
 mod options;
 mod robustness;
 mod run;
@@ -43,6 +44,8 @@ enum Command {
     Robustness(robustness::Options),
     /// The CAN bus of a design in one run of the loop: load, fates and response times of all messages, delays.
     Bus(bus::Options),
+    /// The thesis' figures, recomputed: tables and pictures in a folder.
+    Figures(figures::Options),
     /// Logs of a link to the delays of a design file, with confidence intervals and what speaks against them.
     Identify(identify::Options),
     /// One node of the loop in real time: controller, actuator, plant, or a link between them.
@@ -65,6 +68,7 @@ pub(crate) fn main() -> ExitCode {
         Command::Summary(options) => sweep_files::summary(options),
         Command::Robustness(options) => robustness::robustness(options),
         Command::Bus(options) => bus::bus(options),
+        Command::Figures(options) => figures::figures(options),
         Command::Identify(options) => identify::run(options)
             .map(|text| print!("{text}"))
             .map_err(|error| Failure::Input(error.to_string())),

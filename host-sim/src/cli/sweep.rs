@@ -115,14 +115,8 @@ fn outcome(case: &Case, entries: &[Entry], steps: usize) -> Outcome {
     let runs: Vec<_> = entries.iter().map(|entry| entry.result).collect();
     let totals: Option<Vec<f64>> = entries.iter().map(|entry| entry.total_cost).collect();
     let costs: Vec<f64> = runs.iter().map(|run| run.cost).collect();
-    Outcome {
-        summary: summarise(case.controller, case.sequence_length, steps, &runs, totals.as_deref()),
-        total_costs: totals.unwrap_or_else(|| costs.clone()),
-        costs,
-        ages: vec![0; case.sequence_length + 1],
-        first_run: Vec::new(),
-        bus: None,
-    }
+    let summary = summarise(case.controller, case.sequence_length, steps, &runs, totals.as_deref());
+    Outcome { total_costs: totals.unwrap_or_else(|| costs.clone()), costs, ..Outcome::of(summary) }
 }
 
 /// Adds to the output what is missing in it; all entries.

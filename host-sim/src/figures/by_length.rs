@@ -2,8 +2,12 @@
 
 use crate::{
     contender::{Contender, ContenderError, Kind},
-    monte_carlo::{Plan, Simulate, Summary},
-    output::columns::{aligned, figure},
+    monte_carlo::{Outcome, Plan, Simulate, Summary},
+    output::{
+        Plot, Simulation,
+        columns::{aligned, figure},
+        report,
+    },
     size_class::dispatch,
 };
 use gain_gen::design::Design;
@@ -71,6 +75,28 @@ impl Comparison {
             }
         }
         Ok(points)
+    }
+}
+
+impl Comparison {
+    /// Costs over the lengths, one picture for each design: its name, and the picture as SVG.
+    pub fn pictures(&self, points: &[Point], seed: u64) -> Vec<(String, String)> {
+        let of_design = |design: &Design| {
+            let own = points.iter().filter(|point| point.design == design.name);
+            let outcomes: Vec<Outcome> =
+                own.filter_map(|point| point.summary.clone()).map(Outcome::of).collect();
+            let simulation = Simulation {
+                name: &design.name,
+                sample_time: design.plant.sample_time,
+                goal: design.tracking.as_ref().map(|tracking| &tracking.goal),
+                plan: Plan { runs: self.runs, steps: self.steps, seed },
+                outcomes,
+            };
+            let plots = report(&simulation, design, "").plots.into_iter();
+            let named = |plot: Plot| (format!("{}-{}", design.name, plot.name), plot.svg);
+            plots.filter(|plot| !plot.name.contains("delay")).map(named).collect::<Vec<_>>()
+        };
+        self.designs.iter().flat_map(of_design).collect()
     }
 }
 

@@ -1,4 +1,5 @@
-//! The thesis' figures, recomputed with this project's networks: `host-sim figures`.
+//! The thesis' figures, recomputed with this project's networks: `host-sim figures`. Figure 4.4, a single run, is in the
+//! report of `host-sim run`.
 //!
 //! | file | what lives there |
 //! |---|---|
@@ -6,7 +7,7 @@
 //! | [`by_length`] | costs over the sequence length, for several controllers and networks |
 //! | [`cumulative`] | cost per step up to each step, over many runs |
 //!
-//! Designs are the examples of the repository, compiled in. What holds of the thesis' claims: docs/thesis.md.
+//! Designs are the examples of the repository, compiled in.
 
 pub mod by_length;
 pub mod cumulative;
@@ -99,17 +100,20 @@ impl Figure {
         };
         let double_integrator = || [example!("double_integrator"), example!("double_integrator_bad")];
         match self {
-            Self::CostOverLength => both(double_integrator(), &[Kind::Slqg, Kind::Lqg], 6, 200, 200),
+            Self::CostOverLength => {
+                let kinds = [Kind::Slqg, Kind::LqgLoss, Kind::Nominal, Kind::HoldLast, Kind::Lqg];
+                both(double_integrator(), &kinds, 6, 200, 200)
+            }
             Self::Unacknowledged => {
                 both(double_integrator(), &[Kind::Slqg, Kind::SlqgUdp, Kind::SlqgUdpRounded], 6, 1000, 200)
             }
             Self::Tracking => {
                 let designs = [example!("pendulum_tracking"), example!("pendulum_tracking_bad")];
-                both(designs, &[Kind::Slqg, Kind::SlqgNoPreview, Kind::Lqg], 6, 100, 500)
+                both(designs, &[Kind::Slqg, Kind::SlqgNoPreview, Kind::Nominal, Kind::Lqg], 6, 100, 500)
             }
             Self::EventTriggered => {
                 let designs = [example!("pendulum_event"), example!("pendulum_event_bad")];
-                both(designs, &[Kind::Slqg, Kind::SlqgAlways, Kind::Lqg], 10, 200, 200)
+                both(designs, &[Kind::Slqg, Kind::SlqgAlways, Kind::Deadband, Kind::Lqg], 10, 200, 200)
             }
             Self::CostPerStep => None,
         }

@@ -1,0 +1,65 @@
+//! `host-sim figures`: the thesis' figures, recomputed, as tables and pictures in a folder.
+
+use super::{Failure, progress};
+use clap::Args;
+use gain_gen::emit;
+use host_sim::figures::{
+    Figure, by_length,
+    cumulative::{self, LENGTHS},
+};
+use std::{
+    fs,
+    path::{Path, PathBuf},
+};
+
+#[derive(Args)]
+pub(super) struct Options {
+    /// Folder for a table of each figure, and its pictures as SVG.
+    #[arg(long, value_name = "DIR")]
+    output: PathBuf,
+    /// Only these, separated by commas: 3.9, 3.10, 3.11, 4.5, 5.3.
+    #[arg(long, value_name = "FIGURES", value_delimiter = ',')]
+    only: Vec<Figure>,
+    /// Runs of each length in 3.10; the others have as many as the thesis has.
+    #[arg(long, value_name = "R", default_value_t = 100_000, value_parser = clap::value_parser!(u32).range(1..))]
+    runs: u32,
+    /// Seed of all random numbers.
+    #[arg(long, value_name = "S", default_value_t = 1)]
+    seed: u64,
+}
+
+/// Simulates the figures, prints and writes them.
+pub(super) fn figures(options: &Options) -> Result<(), Failure> {
+    let Options { output, only, runs, seed } = options;
+    fs::create_dir_all(output)
+        .map_err(|error| Failure::Input(format!("{}: cannot make the folder: {error}", output.display())))?;
+    for figure in Figure::ALL.into_iter().filter(|figure| only.is_empty() || only.contains(figure)) {
+        let (table, pictures) = match figure.comparison() {
+            Some(comparison) => {
+                let progress = progress(comparison.work());
+                let points = comparison.points(*seed, || progress.inc(1));
+                progress.finish_and_clear();
+                let points = points.map_err(|error| Failure::Input(error.to_string()))?;
+                (by_length::table(&points), comparison.pictures(&points, *seed))
+            }
+            None => {
+                let progress = progress(*runs as usize * LENGTHS.len());
+                let found = cumulative::simulate(u64::from(*runs), *seed, || progress.inc(1));
+                progress.finish_and_clear();
+                (found.table(), Vec::new())
+            }
+        };
+        let text = format!("Thesis figure {}\n\n{table}", figure.title());
+        println!("{text}");
+        write(&output.join(format!("figure-{}.txt", figure.name())), &text)?;
+        for (name, svg) in pictures {
+            write(&output.join(format!("figure-{}-{name}.svg", figure.name())), &svg)?;
+        }
+    }
+    Ok(())
+}
+
+fn write(path: &Path, text: &str) -> Result<(), Failure> {
+    emit::write(path, text)
+        .map_err(|error| Failure::Input(format!("{}: cannot write it: {error}", path.display())))
+}
