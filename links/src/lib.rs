@@ -7,6 +7,7 @@
 //! |---|---|
 //! | [`delay`] | a distribution of delays in whole cycles, with losses |
 //! | [`markov`] | a channel that comes and goes: bursts of losses and delays |
+//! | [`channel`] | such a channel in a simulation, cycle by cycle |
 //! | [`recording`] | what became of the packets of a log, to be met again |
 //! | [`link`] | any of these between two nodes, and what a single packet meets on it |
 //! | [`path`] | packets under way on a link, cycle by cycle |
@@ -15,6 +16,7 @@
 //! | [`identify`] | from logs of a real link to its delay distribution, with what speaks against it |
 
 pub mod can;
+pub mod channel;
 pub mod delay;
 pub mod identify;
 pub mod link;

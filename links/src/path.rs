@@ -3,8 +3,8 @@
 //! A path carries bytes and looks at none of them. A packet that is later than its successor is overtaken by it.
 
 use crate::{
+    channel::Channel,
     link::{Behaviour, Link},
-    markov::Channel,
     recording::Recording,
 };
 use rand::Rng;

@@ -46,7 +46,7 @@ pub(super) fn figures(options: &Options) -> Result<(), Failure> {
                 let progress = progress(*runs as usize * LENGTHS.len());
                 let found = cumulative::simulate(u64::from(*runs), *seed, || progress.inc(1));
                 progress.finish_and_clear();
-                (found.table(), Vec::new())
+                (found.table(), vec![("cost-per-step".to_string(), found.picture())])
             }
         };
         let text = format!("Thesis figure {}\n\n{table}", figure.title());

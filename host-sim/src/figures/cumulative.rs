@@ -8,7 +8,10 @@ use crate::{
     closed_loop::{RunPlan, run},
     contender::{Contender, Kind},
     fitted::Fitted,
-    output::columns::{aligned, figure},
+    output::{
+        charts::{Curve, Start, against, in_units},
+        columns::{aligned, figure},
+    },
     size_class::{InSizeClass, SimScalar, dispatch},
 };
 use gain_gen::design::{Design, DeviceScalar};
@@ -81,6 +84,17 @@ pub fn simulate(runs: u64, seed: u64, done: impl Fn() + Sync) -> CostPerStep {
 }
 
 impl CostPerStep {
+    /// The means over the steps as SVG, one curve per length.
+    pub fn picture(&self) -> String {
+        let curves = LENGTHS.iter().zip(&self.means).map(|(length, means)| Curve {
+            name: format!("N = {length}"),
+            points: (1..).zip(means).map(|(step, mean)| (step, *mean, 0.0)).collect(),
+            is_level: false,
+        });
+        let curves: Vec<Curve> = curves.collect();
+        in_units(&against(("step k", 10), "mean cost per step up to k", Start::AtLeast, &curves))
+    }
+
     /// The means as a table, one row per step.
     pub fn table(&self) -> String {
         let header = std::iter::once("k".to_string()).chain(LENGTHS.map(|length| format!("N = {length}")));

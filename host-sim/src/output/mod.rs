@@ -3,7 +3,7 @@
 //! Nothing is simulated here. `table` is for the terminal, `report` for a browser, `charts` for its pictures, `pictures` for the
 //! options that ask for them, `columns` for how figures are spelled.
 
-mod charts;
+pub(crate) mod charts;
 pub mod columns;
 mod pictures;
 mod report;

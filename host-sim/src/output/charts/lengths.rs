@@ -1,4 +1,4 @@
-//! A figure against the sequence length, one curve per controller.
+//! A figure against the sequence length, one curve per controller, or against another whole number.
 
 use super::{Axis, Drawn, INK, Mark, Swatch, colour, panel, plot, px};
 use plotters::{
@@ -14,7 +14,7 @@ const HEIGHT: f64 = 290.0;
 /// One controller's figures.
 pub(crate) struct Curve {
     pub(crate) name: String,
-    /// Length, figure, and half the length of its error bar.
+    /// Length (or other number), figure, and half the length of its error bar.
     pub(crate) points: Vec<(usize, f64, f64)>,
     /// Whether the figure is the same for every length.
     pub(crate) is_level: bool,
@@ -29,12 +29,17 @@ pub(crate) enum Start {
     AtLeast,
 }
 
-/// The chart.
+/// The chart over the lengths of sequences.
 pub(crate) fn against_length(label: &str, start: Start, curves: &[Curve]) -> String {
+    against(("inputs per sequence, N", 12), label, start, curves)
+}
+
+/// The chart over any whole numbers: what they are, and how many of them the axis names at most.
+pub(crate) fn against(across: (&str, usize), label: &str, start: Start, curves: &[Curve]) -> String {
     let lengths = || curves.iter().filter(|curve| !curve.is_level).flat_map(|curve| &curve.points);
     let first = lengths().map(|point| point.0).min().unwrap_or(1);
     let last = lengths().map(|point| point.0).max().unwrap_or(1);
-    let x = Axis::whole("inputs per sequence, N", first, last, 12);
+    let x = Axis::whole(across.0, first, last, across.1);
     let ends = |&(_, value, half): &(usize, f64, f64)| [value - half, value + half, value];
     let values: Vec<f64> =
         curves.iter().flat_map(|curve| &curve.points).flat_map(ends).filter(|value| *value > 0.0).collect();

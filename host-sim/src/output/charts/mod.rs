@@ -10,15 +10,18 @@ mod legend;
 mod lengths;
 mod packets;
 mod rates;
+mod size;
 mod trajectory;
 
 pub(super) use axis::Axis;
 pub(super) use bars::{Bars, bars};
 pub(super) use distribution::distribution;
 pub(super) use legend::Mark;
-pub(super) use lengths::{Curve, Start, against_length};
+pub(super) use lengths::against_length;
+pub(crate) use lengths::{Curve, Start, against};
 pub(super) use packets::{Ladder, packets};
 pub(super) use rates::rates;
+pub(crate) use size::{in_units, sized};
 pub(super) use trajectory::{Trajectory, trajectory};
 
 use legend::Swatch;

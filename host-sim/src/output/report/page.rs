@@ -1,6 +1,6 @@
 //! [`Page`]: HTML as it is put together, and the pictures that were put in it.
 
-use crate::output::charts::FINE;
+use crate::output::charts::{in_units, sized};
 use std::fmt::Display;
 
 const STYLE: &str = include_str!("style.css");
@@ -97,28 +97,6 @@ impl Page {
     pub(super) fn finish(mut self) -> (String, Vec<Plot>) {
         self.add("</body></html>");
         (self.html, self.plots)
-    }
-}
-
-/// The picture with other attributes for its size; its view box keeps the proportions.
-fn sized(svg: &str, size: &str) -> String {
-    match (svg.find(" width="), svg.find(" viewBox=")) {
-        (Some(old), Some(view)) if old < view => format!("{}{size}{}", &svg[..old], &svg[view..]),
-        _ => svg.to_string(),
-    }
-}
-
-/// The picture with its size in units of length instead of the backend's fine pixels.
-fn in_units(svg: &str) -> String {
-    let value = |name: &str| -> Option<u32> {
-        let (_, rest) = svg.split_once(name)?;
-        rest.split('"').next()?.parse().ok()
-    };
-    match (value(" width=\""), value(" height=\"")) {
-        (Some(width), Some(height)) => {
-            sized(svg, &format!(" width=\"{}\" height=\"{}\"", width / FINE, height / FINE))
-        }
-        _ => svg.to_string(),
     }
 }
 
