@@ -100,7 +100,7 @@ impl Comparison {
     }
 }
 
-/// The points as a table.
+/// The points as a table; a loop that cannot be stabilised has a dash for its cost.
 pub fn table(points: &[Point]) -> String {
     let header = [
         "design",
@@ -118,7 +118,7 @@ pub fn table(points: &[Point]) -> String {
     rows.extend(points.iter().map(|point| {
         let name = [point.design.clone(), point.kind.name().into(), point.length.to_string()];
         let figures = match &point.summary {
-            None => vec!["cannot be stabilised".into()],
+            None => vec!["-".into()],
             Some(found) => vec![
                 figure(found.mean_cost),
                 figure(found.std_error),
