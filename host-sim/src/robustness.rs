@@ -3,7 +3,7 @@
 //! Controllers and estimators keep the gains and probabilities of the design they are from; only the links are another's.
 
 use crate::{
-    contender::Contender,
+    contender::{Contender, Kind},
     fitted::Unfit,
     monte_carlo::{Plan, Simulate, Summary},
     output::columns,
@@ -52,6 +52,11 @@ pub enum NoTable {
         /// What differs.
         what: &'static str,
     },
+    /// A controller that is told more of its own network than another network has.
+    #[error(
+        "`slqg-channel` is told the states of its own channel, which other networks do not have; give --controller slqg"
+    )]
+    OwnChannel,
     /// A design does not fit the simulator.
     #[error("{name}: {error}")]
     TooLarge {
@@ -70,11 +75,14 @@ pub enum NoTable {
     },
 }
 
-/// Checks that the designs can be compared: one plant, one cost.
+/// Checks that the designs can be compared, one plant and one cost, with a controller that runs on any network.
 ///
 /// # Errors
-/// The first difference.
-pub fn check(designs: &[Design]) -> Result<(), NoTable> {
+/// The first difference, or a controller that only its own network can have.
+pub fn check(designs: &[Design], kind: Kind) -> Result<(), NoTable> {
+    if kind == Kind::SlqgChannel {
+        return Err(NoTable::OwnChannel);
+    }
     for design in designs {
         let first = &designs[0];
         let differs = [

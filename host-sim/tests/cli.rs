@@ -301,3 +301,15 @@ fn a_recorded_link_is_replayed_and_duplicates_change_nothing() {
     let twice = "controller_to_actuator = { delays = [0, 0, 1], duplicates = 0.5 }";
     assert_eq!(with("twice.toml", twice), late);
 }
+
+#[test]
+fn a_controller_told_its_own_channel_is_not_put_on_another_network() {
+    let mut table = host_sim(&["robustness", "--controller", "slqg-channel"]);
+    table.args([design("double_integrator_bursty.toml"), design("double_integrator.toml")]);
+    let output = table.assert().code(2).get_output().clone();
+    let message = String::from_utf8(output.stderr).expect("UTF-8");
+    assert!(
+        message.contains("told the states of its own channel") && message.contains("give --controller slqg"),
+        "{message}"
+    );
+}

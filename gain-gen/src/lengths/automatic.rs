@@ -96,6 +96,12 @@ impl Design {
         self.run_on_bus();
     }
 
+    /// Lets each acknowledgement tell `cycles` cycles, 1 to 8, whatever the design says.
+    pub fn set_acknowledged_cycles(&mut self, cycles: usize) {
+        self.network.acknowledged_cycles = cycles;
+        self.run_on_bus();
+    }
+
     /// Takes another default input. A length that the design leaves open is chosen anew.
     pub fn set_default_input(&mut self, default_input: DefaultInput) {
         let open = self.length_choice().filter(|choice| choice.default_input != default_input);

@@ -103,7 +103,7 @@ impl Selection {
             design.network.acknowledgement = acknowledgement.clone();
         }
         if let Some(cycles) = self.acknowledged_cycles {
-            design.network.acknowledged_cycles = usize::from(cycles);
+            design.set_acknowledged_cycles(usize::from(cycles));
         }
         Ok(design)
     }

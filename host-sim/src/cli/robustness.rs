@@ -34,7 +34,7 @@ pub(super) fn robustness(options: &Options) -> Result<(), Failure> {
         .iter()
         .map(|path| Design::load(path).map_err(|error| input(&error)))
         .collect::<Result<_, _>>()?;
-    robustness::check(&designs).map_err(|error| input(&error))?;
+    robustness::check(&designs, *kind).map_err(|error| input(&error))?;
     let plan = amount.plan();
     let contender = |(design, path): (&Design, &PathBuf)| {
         size_class::check(design).map_err(|error| wrong(path, &error))?;
