@@ -34,13 +34,13 @@ pub(crate) fn build(workspace: &Workspace, toolchain: &Toolchain) -> Result<Buil
     let start = Instant::now();
     let built = artifacts::build(toolchain.cargo_build(workspace).args([
         "--package",
-        "slqg-nodes",
+        "slqg-bench",
         "--bins",
         "--profile",
         "firmware",
     ]))?;
     if built.binaries.is_empty() {
-        return Err("cargo has built no binary of slqg-nodes".into());
+        return Err("cargo has built no binary of slqg-bench".into());
     }
     eprintln!("firmware built in {:.1} s", start.elapsed().as_secs_f64());
     Ok(built)

@@ -25,7 +25,7 @@ impl Workspace {
             .map_err(|error| format!("cargo metadata answered something unexpected: {error}"))?;
         let nodes = metadata["packages"]
             .as_array()
-            .and_then(|packages| packages.iter().find(|package| package["name"] == "slqg-nodes"));
+            .and_then(|packages| packages.iter().find(|package| package["name"] == "slqg-bench"));
         Ok(Self {
             root: text(&metadata["workspace_root"], "workspace_root")?.into(),
             target: text(&metadata["target_directory"], "target_directory")?.into(),

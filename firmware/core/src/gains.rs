@@ -170,8 +170,13 @@ impl<'a, T: Scalar, const NX: usize, const NU: usize> Gains<'a, T, NX, NU> {
     ) -> Result<Self, InvalidGains> {
         tables.check_lengths(length, default_input, NX, NU)?;
         tables.check_numbers()?;
+        Ok(Self::checked(length, default_input, tables))
+    }
+
+    /// Gains from tables that have been checked before, and have not changed.
+    pub(crate) const fn checked(length: usize, default_input: DefaultInput, tables: Tables<'a, T>) -> Self {
         let Tables { lx, m, arrival } = tables;
-        Ok(Self { length, default_input, lx, m, arrival })
+        Self { length, default_input, lx, m, arrival }
     }
 
     /// Inputs per sequence, `N`.

@@ -17,6 +17,7 @@
 //! | [`estimator`] | state and ages, from measurements and acknowledgements that come late, out of order or not at all |
 //! | [`gains`] | the optimal gains as constant data, and the control law |
 //! | [`blob`] | gains as bytes that are loaded at run time |
+//! | [`bank`] | two sets of gains, one in force and one that may be written |
 //! | [`in_flight`] | what was sent and may still be applied |
 //! | [`tracking`] | feedforward from the reference samples that are known ahead |
 //! | [`event`] | whether a sequence is worth sending |
@@ -31,6 +32,7 @@
 
 pub mod actuator;
 pub mod arrival;
+pub mod bank;
 pub mod blob;
 pub mod controller;
 pub mod estimator;

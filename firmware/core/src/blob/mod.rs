@@ -77,6 +77,14 @@ impl Shape {
         let expected = self.default_input.in_flight(self.length).saturating_mul(self.inputs);
         [rows.saturating_mul(self.states), rows.saturating_mul(expected), arrival::table_len(self.length)]
     }
+
+    /// The tables that `numbers` holds one after the other, at least [`storage_len`] of them.
+    pub(crate) fn tables<'s, T>(&self, numbers: &'s [T]) -> Tables<'s, T> {
+        let [lx, m, arrival] = self.table_lens();
+        let (lx, rest) = numbers.split_at(lx);
+        let (m, rest) = rest.split_at(m);
+        Tables { lx, m, arrival: &rest[..arrival] }
+    }
 }
 
 /// Scalars that the tables of a law of this shape take: the storage [`load`] needs.
@@ -175,12 +183,8 @@ pub fn load<'s, T: Scalar, const NX: usize, const NU: usize>(
     for (value, bytes) in storage.iter_mut().zip(tables.chunks_exact(T::BYTES.into())) {
         *value = postcard::from_bytes(bytes).map_err(|_| BlobError::Length)?;
     }
-    let storage: &'s [T] = storage;
-    // The tables are as long as the bytes they were read from: nothing saturated, and the first two fit.
-    let [lx, m, _] = shape.table_lens();
-    let (lx, rest) = storage.split_at(lx);
-    let (m, arrival) = rest.split_at(m);
-    Gains::check_any(shape.length, shape.default_input, Tables { lx, m, arrival }).map_err(BlobError::Gains)
+    // The tables are as long as the bytes they were read from: nothing saturated.
+    Gains::check_any(shape.length, shape.default_input, shape.tables(storage)).map_err(BlobError::Gains)
 }
 
 /// Writes gains of `design` into `buffer` and returns their bytes, [`encoded_len`] of them.

@@ -2,6 +2,7 @@
 //!
 //! What it does with it is in the parent module; where it comes from, the generator's business.
 
+use super::Law;
 use crate::{
     DefaultInput, Scalar,
     actuator::Settings,
@@ -62,7 +63,12 @@ pub enum InvalidDesign {
     Grid,
 }
 
-impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize> Design<'_, T, NX, NU, NY> {
+impl<'a, T: Scalar, const NX: usize, const NU: usize, const NY: usize> Design<'a, T, NX, NU, NY> {
+    /// What of it belongs to the link.
+    pub fn law(&self) -> Law<'a, T, NX, NU> {
+        Law { gains: self.gains, arrives_at_once: self.arrives_at_once }
+    }
+
     /// Whether everything fits together, and the capacities: sequences of `length` inputs, `history` cycles, `estimates`.
     pub(super) fn check(&self, length: usize, history: usize, estimates: usize) -> Result<(), InvalidDesign> {
         if self.gains.length() > length || self.gains.length() > usize::from(u8::MAX) {

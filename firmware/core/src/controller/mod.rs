@@ -5,6 +5,7 @@
 //! [`crate::event`]'s, the bytes [`crate::wire`]'s. What it is told at design time is in `design`.
 
 mod design;
+mod law;
 
 use crate::{
     Scalar, Tick,
@@ -21,6 +22,7 @@ use heapless::Vec;
 use nalgebra::SVector;
 
 pub use design::{Design, InvalidDesign};
+pub use law::{CycleError, Law};
 
 /// Why a frame changed nothing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -174,10 +176,10 @@ impl<
         &self.filter
     }
 
-    /// What is held to have been applied in cycle `tick`, in input units: a mean if that may be several inputs. `None` if the
-    /// cycle is not over, or not remembered, or no cycle has run since.
+    /// What is held to have been applied in cycle `tick`, in input units, under the design's law: a mean if that may be
+    /// several inputs. `None` if the cycle is not over, or not remembered, or no cycle has run since.
     pub fn expected_input(&self, tick: Tick) -> Option<SVector<T, NU>> {
-        self.filter.expected_input(&around(&self.design, &self.in_flight), tick)
+        self.filter.expected_input(&around(&self.design, &self.design.law(), &self.in_flight), tick)
     }
 
     /// Takes a measurement or acknowledgement frame from the link; any number of them, in any order.
@@ -228,14 +230,36 @@ impl<
     /// # Errors
     /// If `buffer` is too small for the frame. The cycle is over even so, as if the packet was lost.
     pub fn cycle<'b>(&mut self, buffer: &'b mut [u8]) -> Result<Option<&'b [u8]>, EncodeError> {
+        self.run(&self.design.law(), buffer)
+    }
+
+    /// As [`Controller::cycle`], under another law than the design's: that of a [`crate::bank::Bank`], which may change from
+    /// cycle to cycle. Preview gains and trigger stay as they are.
+    ///
+    /// # Errors
+    /// If the law is for sequences of another length or for another default input, or if `buffer` is too small.
+    pub fn cycle_under<'b>(
+        &mut self,
+        law: &Law<'_, T, NX, NU>,
+        buffer: &'b mut [u8],
+    ) -> Result<Option<&'b [u8]>, CycleError> {
+        self.design.check_law(law.gains.length(), law.gains.default_input()).map_err(CycleError::Law)?;
+        self.run(law, buffer).map_err(CycleError::Encode)
+    }
+
+    fn run<'b>(
+        &mut self,
+        law: &Law<'_, T, NX, NU>,
+        buffer: &'b mut [u8],
+    ) -> Result<Option<&'b [u8]>, EncodeError> {
         let tick = self.filter.tick();
         if self.filter.is_acknowledged(tick - 1) == Some(false) {
             count(&mut self.counts.unacknowledged);
         }
-        self.filter.filter(&around(&self.design, &self.in_flight));
-        self.believe(tick - 1);
-        let expected = self.in_flight.expected_inputs(&self.design.gains);
-        let mut inputs = self.design.gains.sequence(self.filter.posterior_mean(), &expected);
+        self.filter.filter(&around(&self.design, law, &self.in_flight));
+        self.believe(law, tick - 1);
+        let expected = self.in_flight.expected_inputs(&law.gains);
+        let mut inputs = law.gains.sequence(self.filter.posterior_mean(), &expected);
         self.feedforward.add_to(&mut inputs);
         if let Some(grid) = &self.design.grid {
             // Before anything remembers them: the actuator gets no others.
@@ -245,7 +269,7 @@ impl<
         let frame = if !sequence.is_finite() {
             count(&mut self.counts.not_finite);
             Ok(None)
-        } else if !self.is_worth_sending(&sequence, &expected) {
+        } else if !self.is_worth_sending(&law.gains, &sequence, &expected) {
             count(&mut self.counts.not_worth_sending);
             Ok(None)
         } else {
@@ -253,14 +277,14 @@ impl<
         };
         self.in_flight.push(matches!(frame, Ok(Some(_))).then_some(sequence));
 
-        self.filter.advance(&around(&self.design, &self.in_flight));
+        self.filter.advance(&around(&self.design, law, &self.in_flight));
         frame
     }
 
     /// Takes over what the estimator believes to have been played in cycle `last`, the one before the current.
-    fn believe(&mut self, last: Tick) {
+    fn believe(&mut self, law: &Law<'_, T, NX, NU>, last: Tick) {
         let Some(modes) = self.filter.modes() else { return };
-        let around = around(&self.design, &self.in_flight);
+        let around = around(&self.design, law, &self.in_flight);
         let length = self.design.gains.length();
         let taken = if self.rounds_age { Some(modes.rounded(length)) } else { modes.known() };
         match taken {
@@ -279,7 +303,12 @@ impl<
     }
 
     /// Without a trigger everything is.
-    fn is_worth_sending(&self, sequence: &ControlSequence<T, NU, N>, expected: &[SVector<T, NU>]) -> bool {
+    fn is_worth_sending(
+        &self,
+        gains: &Gains<'_, T, NX, NU>,
+        sequence: &ControlSequence<T, NU, N>,
+        expected: &[SVector<T, NU>],
+    ) -> bool {
         self.design.trigger.as_ref().is_none_or(|trigger| {
             let candidate = Candidate {
                 posterior_mean: self.filter.posterior_mean(),
@@ -287,7 +316,7 @@ impl<
                 inputs: &sequence.inputs,
                 displaced: &self.feedforward.displaced,
             };
-            trigger.is_worth_sending(trigger.benefit(&self.design.gains, &self.in_flight, candidate))
+            trigger.is_worth_sending(trigger.benefit(gains, &self.in_flight, candidate))
         })
     }
 }
@@ -303,11 +332,14 @@ fn around<
     const H: usize,
 >(
     design: &'s Design<'_, T, NX, NU, NY>,
+    law: &'s Law<'_, T, NX, NU>,
     in_flight: &'s InFlight<T, NU, N, H>,
 ) -> Surroundings<'s, T, NX, NU, NY, N, H> {
-    let Design { model, actuator, gains, arrives_at_once, merging, .. } = design;
+    let Design { model, actuator, merging, .. } = design;
+    let Law { gains, arrives_at_once } = law;
     Surroundings { model, in_flight, actuator, gains, arrives_at_once: *arrives_at_once, merging: *merging }
 }
+
 fn count(counter: &mut u32) {
     *counter = counter.saturating_add(1);
 }

@@ -14,7 +14,7 @@ fn main() {
 #[cortex_m_rt::entry]
 fn main() -> ! {
     use cortex_m_semihosting::hprintln;
-    use slqg_nodes::{CASES, CYCLES, board};
+    use slqg_bench::{CASES, CYCLES, board};
 
     board::start_timer();
     for case in CASES {

@@ -7,27 +7,27 @@
 
 #[cfg(not(target_os = "none"))]
 fn main() {
-    let outcomes = slqg_nodes::CASES.map(|case| (case.run)(|| 0));
-    for (case, outcome) in slqg_nodes::CASES.iter().zip(&outcomes) {
+    let outcomes = slqg_bench::CASES.map(|case| (case.run)(|| 0));
+    for (case, outcome) in slqg_bench::CASES.iter().zip(&outcomes) {
         println!(
             "{:<14}  {:08x}  sent {:>3}, end state {:?}",
             case.name, outcome.digest, outcome.sent, outcome.state
         );
     }
-    println!("end {:08x}", slqg_nodes::digest_of(&outcomes));
+    println!("end {:08x}", slqg_bench::digest_of(&outcomes));
 }
 
 #[cfg(target_os = "none")]
 #[cortex_m_rt::entry]
 fn main() -> ! {
-    slqg_nodes::board::exit(on_board::agrees_with_host())
+    slqg_bench::board::exit(on_board::agrees_with_host())
 }
 
 /// The comparison; values are printed as bits, for decimal formatting would be half of the image.
 #[cfg(target_os = "none")]
 mod on_board {
     use cortex_m_semihosting::hprintln;
-    use slqg_nodes::{CASES, board, digest_of};
+    use slqg_bench::{CASES, board, digest_of};
 
     pub(crate) fn agrees_with_host() -> bool {
         let mut buffer = [0; 128];

@@ -1,4 +1,4 @@
-//! Gains for the nodes, and the linker set-up for the board: where memory is, and that cortex-m-rt's script lays out
+//! Gains for the loops, and the linker set-up for the board: where memory is, and that cortex-m-rt's script lays out
 //! the image.
 //!
 //! The set-up lives here rather than in a cargo configuration, so that host commands in the workspace stay plain.

@@ -1,0 +1,48 @@
+//! A controller under the law of a bank does what one does whose design has that law.
+
+use slqg::actuator::Settings;
+use slqg::bank::Bank;
+use slqg::controller::{CycleError, Design, InvalidDesign, Law};
+use slqg::gains::{Gains, Tables};
+use slqg::{DefaultInput, Tick};
+
+mod double_integrator;
+use double_integrator::{LENGTH, Node, Workshop};
+
+const SETTINGS: Settings<f32, 1> = Settings { default_input: DefaultInput::Zero, limits: None };
+
+#[test]
+fn a_switched_law_runs_as_if_the_design_had_it() {
+    let mut workshop = Workshop::<f32>::double_integrator(SETTINGS);
+    workshop.model.initial_mean.fill(1.0);
+    let design = workshop.design();
+    let (lx, m, arrival) =
+        ([-0.5; 2 * LENGTH], [0.25; LENGTH * (LENGTH - 1)], [0.5; LENGTH * (LENGTH - 1) / 2]);
+    let mut bank = Bank::<f32, 2, 1, 64>::new(LENGTH, DefaultInput::Zero).expect("it fits");
+    let numbers: Vec<_> = lx.iter().chain(&m).chain(&arrival).copied().collect();
+    bank.spare().copy_from_slice(&numbers);
+    bank.switch(0.5).expect("gains");
+
+    let tables = Tables { lx: &lx, m: &m, arrival: &arrival };
+    let gains = Gains::<f32, 2, 1>::check(LENGTH, DefaultInput::Zero, tables).expect("gains");
+    let mut other = Node::new(Design { gains, arrives_at_once: 0.5, ..design }, Tick(0)).expect("it fits");
+    let mut switched = Node::new(design, Tick(0)).expect("it fits");
+    let (mut under, mut of) = ([0; 64], [0; 64]);
+    let designed = switched.clone().cycle(&mut [0; 64]).expect("there is room").map(<[u8]>::to_vec);
+    for cycle in 0..20 {
+        let under = switched.cycle_under(&bank.law().expect("in force"), &mut under).expect("it fits");
+        assert_eq!(under, other.cycle(&mut of).expect("there is room"));
+        assert!(cycle > 0 || under != designed.as_deref(), "the law makes no difference");
+    }
+}
+
+#[test]
+fn a_law_of_another_length_is_refused_before_the_cycle_runs() {
+    let workshop = Workshop::<f32>::double_integrator(SETTINGS);
+    let mut controller = Node::new(workshop.design(), Tick(7)).expect("it fits");
+    let tables = Tables { lx: &[0.0; 2], m: &[], arrival: &[] };
+    let gains = Gains::<f32, 2, 1>::check(1, DefaultInput::Zero, tables).expect("gains");
+    let outcome = controller.cycle_under(&Law { gains, arrives_at_once: 0.5 }, &mut [0; 64]).map(drop);
+    assert_eq!(outcome, Err(CycleError::Law(InvalidDesign::Length)));
+    assert_eq!(controller.tick(), Tick(7));
+}
