@@ -11,10 +11,52 @@ pub(super) const HEADER_LEN: usize = 7;
 
 /// What a frame is; the second byte on the wire.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Kind {
+pub enum Kind {
+    /// What a sensor measured in one cycle.
     Measurement = 1,
+    /// The inputs for one cycle and those after it.
     Control = 2,
+    /// Where the input of one cycle came from, and of some before it.
     Acknowledgement = 3,
+    /// A cycle begins.
+    Clock = 4,
+    /// What left the actuator in one cycle.
+    Applied = 5,
+    /// The controller has run a cycle.
+    Ran = 6,
+    /// A piece of a blob of gains.
+    GainsPart = 7,
+    /// How far a blob of gains has come.
+    GainsAnswer = 8,
+    /// Samples of the reference.
+    Reference = 9,
+    /// Asks a node how it is.
+    Question = 10,
+    /// How a node is.
+    Status = 11,
+}
+
+impl Kind {
+    const ALL: [Self; 11] = [
+        Self::Measurement,
+        Self::Control,
+        Self::Acknowledgement,
+        Self::Clock,
+        Self::Applied,
+        Self::Ran,
+        Self::GainsPart,
+        Self::GainsAnswer,
+        Self::Reference,
+        Self::Question,
+        Self::Status,
+    ];
+
+    /// What a frame says it is, for whoever hands frames on; `None` if it is too short to say, or says something unknown.
+    /// Nothing else of it is looked at: whoever decodes the frame checks all of it.
+    pub fn of(frame: &[u8]) -> Option<Self> {
+        let found = *frame.get(1)?;
+        Self::ALL.into_iter().find(|kind| *kind as u8 == found)
+    }
 }
 
 #[derive(Serialize, Deserialize)]

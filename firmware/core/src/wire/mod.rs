@@ -1,10 +1,10 @@
-//! Frames as bytes: measurement, control, acknowledgement.
+//! Frames as bytes: measurement, control, acknowledgement; and those between a node and its host, `service`.
 //!
 //! Version 1, little-endian throughout; `docs/wire-format.md` is the normative page.
 //!
 //! ```text
 //! byte 0      version, 1
-//! byte 1      kind: 1 measurement, 2 control, 3 acknowledgement
+//! byte 1      kind, see [`Kind`]
 //! byte 2      bytes per scalar: 4 (f32) or 8 (f64)
 //! bytes 3-6   tick the frame is about
 //! bytes 7-    payload
@@ -20,11 +20,18 @@ pub mod can;
 mod envelope;
 mod length;
 mod payload;
+mod service;
 
+pub use envelope::Kind;
 pub use length::frame_len;
 pub use payload::{
     Acknowledgement, MOST_AGES, Measurement, decode_acknowledgement, decode_control, decode_measurement,
     encode_acknowledgement, encode_control, encode_measurement,
+};
+pub use service::{
+    Clock, GainsAnswer, GainsPart, Question, Ran, Reference, Role, Service, Status, Verdict, decode_applied,
+    decode_gains_part, decode_reference, decode_service, encode_applied, encode_gains_part, encode_reference,
+    encode_service,
 };
 
 /// Version of the frame layout, the first byte of every frame.
@@ -35,6 +42,24 @@ pub const OVERHEAD: usize = envelope::HEADER_LEN + envelope::CHECKSUM_LEN;
 
 /// Bytes of the longest acknowledgement frame, that of [`MOST_AGES`] cycles.
 pub const LONGEST_ACKNOWLEDGEMENT: usize = acknowledgement_len(MOST_AGES);
+
+/// Bytes of a frame about what was applied, of `inputs` scalars of `scalar_bytes` each.
+pub const fn applied_len(inputs: usize, scalar_bytes: u8) -> usize {
+    OVERHEAD + 2 + inputs * scalar_bytes as usize
+}
+
+/// Bytes of a frame of `samples` reference samples of `outputs` scalars of `scalar_bytes` each.
+pub const fn reference_len(outputs: usize, samples: usize, scalar_bytes: u8) -> usize {
+    OVERHEAD + 2 + outputs * samples * scalar_bytes as usize
+}
+
+/// Bytes of a frame with `bytes` bytes of a blob.
+pub const fn gains_part_len(bytes: usize) -> usize {
+    OVERHEAD + 4 + bytes
+}
+
+/// Bytes of the longest other frame between a node and its host: its status.
+pub const LONGEST_SERVICE: usize = OVERHEAD + service::LONGEST;
 
 /// Bytes of a measurement frame of `outputs` scalars of `scalar_bytes` each.
 pub const fn measurement_len(outputs: usize, scalar_bytes: u8) -> usize {

@@ -136,11 +136,7 @@ pub fn encode_acknowledgement<'b, T: Scalar>(
     }
     let mut writer = Writer::new::<T>(buffer, Kind::Acknowledgement, acknowledgement.tick)?;
     for age in &acknowledgement.ages {
-        writer.put(&match *age {
-            Age::Steps(DEFAULT_INPUT) => return Err(EncodeError::TooMany),
-            Age::Steps(steps) => steps,
-            Age::Empty => DEFAULT_INPUT,
-        })?;
+        writer.put(&byte_of(*age)?)?;
     }
     writer.seal()
 }
@@ -155,9 +151,22 @@ pub fn decode_acknowledgement<T: Scalar>(frame: &[u8]) -> Result<Acknowledgement
     if bytes.is_empty() || bytes.len() > MOST_AGES {
         return Err(DecodeError::Ages(u8::try_from(bytes.len()).unwrap_or(u8::MAX)));
     }
-    let age = |byte: &u8| match *byte {
+    Ok(Acknowledgement { tick, ages: bytes.iter().copied().map(age_of).collect() })
+}
+
+/// An age as it is on the wire.
+pub(super) fn byte_of(age: Age) -> Result<u8, EncodeError> {
+    match age {
+        Age::Steps(DEFAULT_INPUT) => Err(EncodeError::TooMany),
+        Age::Steps(steps) => Ok(steps),
+        Age::Empty => Ok(DEFAULT_INPUT),
+    }
+}
+
+/// The age that a byte on the wire tells.
+pub(super) fn age_of(byte: u8) -> Age {
+    match byte {
         DEFAULT_INPUT => Age::Empty,
         steps => Age::Steps(steps),
-    };
-    Ok(Acknowledgement { tick, ages: bytes.iter().map(age).collect() })
+    }
 }
