@@ -13,13 +13,14 @@
 //!
 //! Nothing decoded is used before it is checked: checksum first, then version, kind, scalar, dimensions,
 //! length, and that every number is finite. Decoding never panics, whatever the bytes are. How frames are
-//! carried (UART, UDP) is not known here; a carrier whose own frames are too short for these, or of fixed lengths, has a
-//! room of its own, [`can`].
+//! carried over UDP is not known here; carriers that ask for more have rooms of their own: a line of bytes without frames
+//! [`serial`], one whose frames are too short for these, or of fixed lengths, [`can`].
 
 pub mod can;
 mod envelope;
 mod length;
 mod payload;
+pub mod serial;
 mod service;
 
 pub use envelope::Kind;

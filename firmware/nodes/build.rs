@@ -1,0 +1,96 @@
+//! The design that the nodes run, and the linker set-up for their board.
+//!
+//! | variable | what it says | without it |
+//! |---|---|---|
+//! | `SLQG_DESIGN` | the design file, from the root of the workspace | `designs/pendulum.toml` |
+//! | `SLQG_SEQUENCE_LENGTH` | inputs per sequence | as in the design |
+//! | `SLQG_DEFAULT_INPUT` | `zero` or `hold` | as in the design |
+//! | `SLQG_BOARD` | a folder of `boards/` | by the target |
+
+use gain_gen::{build::Compile, design::Design, emit::design_id};
+use slqg::DefaultInput;
+use std::{
+    env, fs,
+    path::{Path, PathBuf},
+};
+
+fn main() {
+    println!("cargo:rerun-if-changed=build.rs");
+    compile_design();
+    if env::var("CARGO_CFG_TARGET_OS").as_deref() == Ok("none") {
+        link_for_board();
+    }
+}
+
+/// A variable, which makes this script run again when it changes.
+fn variable(name: &str) -> Option<String> {
+    println!("cargo:rerun-if-env-changed={name}");
+    env::var(name).ok().filter(|value| !value.is_empty())
+}
+
+fn folder(name: &str) -> PathBuf {
+    PathBuf::from(env::var_os(name).unwrap_or_else(|| panic!("cargo sets {name}")))
+}
+
+/// Writes `design.rs`, and `dimensions.rs` with what a node needs to know beside it.
+fn compile_design() {
+    let path = variable("SLQG_DESIGN").unwrap_or_else(|| "designs/pendulum.toml".to_owned());
+    // An absolute path stays as it is.
+    let path = folder("CARGO_MANIFEST_DIR").join("../..").join(path);
+    let mut compile = Compile::new(&path).name("design");
+    if let Some(length) = variable("SLQG_SEQUENCE_LENGTH") {
+        compile = compile.sequence_length(length.parse().unwrap_or_else(|_| {
+            panic!("SLQG_SEQUENCE_LENGTH: found {length:?}; give the number of inputs per sequence")
+        }));
+    }
+    if let Some(name) = variable("SLQG_DEFAULT_INPUT") {
+        compile = compile.default_input(match name.as_str() {
+            "zero" => DefaultInput::Zero,
+            "hold" => DefaultInput::Hold,
+            _ => panic!("SLQG_DEFAULT_INPUT: found {name:?}; give zero or hold"),
+        });
+    }
+    let source = fs::read_to_string(compile.run()).expect("just written");
+    let design = Design::load(&path).unwrap_or_else(|error| panic!("{error}"));
+    // Generated for designs with a reference only.
+    let or_zero = |name: &str| match source.contains(&format!("pub const {name}:")) {
+        true => format!("super::design::{name}"),
+        false => "0".to_owned(),
+    };
+    let dimensions = format!(
+        "/// Which plant, cost and network the gains are for.\n\
+         pub const DESIGN_ID: slqg::blob::DesignId = slqg::blob::DesignId({:#010x});\n\
+         /// Outputs that follow a reference.\n\
+         pub const TRACKED_OUTPUTS: usize = {};\n\
+         /// Samples of the reference that make a difference.\n\
+         pub const PREVIEW_SAMPLES: usize = {};\n",
+        design_id(&design).0,
+        or_zero("TRACKED_OUTPUTS"),
+        or_zero("PREVIEW_SAMPLES"),
+    );
+    fs::write(folder("OUT_DIR").join("dimensions.rs"), dimensions).expect("OUT_DIR can be written");
+}
+
+/// Puts the board's memory map where the linker looks, and asks for cortex-m-rt's `link.x`, which includes it.
+fn link_for_board() {
+    let target = env::var("TARGET").expect("cargo sets TARGET");
+    let board = variable("SLQG_BOARD").unwrap_or_else(|| match target.as_str() {
+        "thumbv7em-none-eabihf" => "mps2_an386".to_owned(),
+        "thumbv7m-none-eabi" => "lm3s6965evb".to_owned(),
+        _ => panic!("no board is known for {target}: set SLQG_BOARD to a folder of firmware/nodes/boards"),
+    });
+    println!("cargo:rustc-cfg=board=\"{board}\"");
+    let memory = folder("CARGO_MANIFEST_DIR").join("boards").join(&board).join("memory.x");
+    let out = folder("OUT_DIR");
+    copy(&memory, &out.join("memory.x"));
+    println!("cargo:rustc-link-search={}", out.display());
+    println!("cargo:rustc-link-arg-bins=-Tlink.x");
+    println!("cargo:rustc-link-arg-bins=-Tdefmt.x");
+    // Sections need not be page-aligned in flash.
+    println!("cargo:rustc-link-arg-bins=--nmagic");
+}
+
+fn copy(from: &Path, to: &Path) {
+    fs::copy(from, to).unwrap_or_else(|error| panic!("cannot copy {}: {error}", from.display()));
+    println!("cargo:rerun-if-changed={}", from.display());
+}

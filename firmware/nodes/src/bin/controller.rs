@@ -1,0 +1,17 @@
+//! The controller node, its line to the host an interrupt-driven UART.
+#![cfg_attr(target_os = "none", no_std, no_main)]
+#![forbid(unsafe_code)]
+
+#[cfg(not(target_os = "none"))]
+fn main() {
+    println!("this is a program for a board: cargo xtask firmware");
+}
+
+#[cfg(target_os = "none")]
+#[cortex_m_rt::entry]
+fn main() -> ! {
+    use slqg_nodes::controller::{LONGEST_IN, LONGEST_OUT, Node};
+    slqg_nodes::program::run::<_, LONGEST_IN, { slqg::wire::serial::stuffed_len(LONGEST_OUT) }>(
+        Node::default(),
+    )
+}

@@ -1,0 +1,141 @@
+//! The controller node: takes measurements, acknowledgements, references and the clock, sends control frames.
+
+use crate::board::{self, Board};
+use crate::clock::{Begin, Count};
+use crate::design::{self, DESIGN, INPUTS, OUTPUTS, SEQUENCE_LENGTH, Scalar};
+use crate::dimensions::TRACKED_OUTPUTS;
+use crate::health::Health;
+use crate::reference::{PER_FRAME, Window};
+use slqg::{
+    Scalar as _, Tick,
+    wire::{self, Clock, Kind, Ran, Role},
+};
+
+/// Bytes of the longest frame that is meant for this node.
+pub const LONGEST_IN: usize = longest(&[
+    wire::measurement_len(OUTPUTS, Scalar::BYTES),
+    wire::LONGEST_ACKNOWLEDGEMENT,
+    wire::reference_len(TRACKED_OUTPUTS, PER_FRAME, Scalar::BYTES),
+    wire::LONGEST_SERVICE,
+]);
+/// Bytes of the longest frame that it sends.
+pub const LONGEST_OUT: usize =
+    longest(&[wire::control_len(INPUTS, SEQUENCE_LENGTH, Scalar::BYTES), wire::LONGEST_SERVICE]);
+
+const fn longest(lengths: &[usize]) -> usize {
+    let (mut longest, mut rest) = (0, lengths);
+    while let [length, others @ ..] = rest {
+        longest = if *length > longest { *length } else { longest };
+        rest = others;
+    }
+    longest
+}
+
+/// The controller end of the loop, with a host and a clock.
+pub struct Node {
+    /// `None` until the clock tells which cycle it is.
+    controller: Option<design::Controller>,
+    count: Count,
+    reference: Window,
+    /// Time spent on frames since the last cycle, in the board's ticks.
+    taking: u32,
+    health: Health,
+    frame: [u8; LONGEST_OUT],
+}
+
+impl Default for Node {
+    fn default() -> Self {
+        Self {
+            controller: None,
+            count: Count::default(),
+            reference: Window::default(),
+            taking: 0,
+            health: Health::default(),
+            frame: [0; LONGEST_OUT],
+        }
+    }
+}
+
+impl board::Node for Node {
+    fn start(&mut self, board: &mut impl Board) {
+        self.health.tell(Role::Controller, &self.count, &mut self.frame, board);
+    }
+
+    fn take(&mut self, frame: &[u8], board: &mut impl Board) {
+        let begin = board.ticks();
+        let taken = match Kind::of(frame) {
+            Some(Kind::Clock) => match wire::decode_service::<Scalar, Clock>(frame) {
+                Ok((tick, clock)) => {
+                    let begin = self.count.told(tick, clock);
+                    self.begin(begin, board);
+                    return;
+                }
+                Err(_) => false,
+            },
+            Some(Kind::Question) if Health::is_asked(frame) => {
+                self.start(board);
+                true
+            }
+            Some(Kind::Reference) => {
+                wire::decode_reference(frame).map(|reference| self.reference.take(&reference)).is_ok()
+            }
+            // Before the first clock frame nobody can tell how old it is.
+            _ => self.controller.as_mut().is_some_and(|controller| controller.receive(frame).is_ok()),
+        };
+        if !taken {
+            self.health.rejected(frame, board);
+        }
+        self.taking = self.taking.wrapping_add(board.ticks().wrapping_sub(begin));
+    }
+
+    fn period_over(&mut self, board: &mut impl Board) {
+        let begin = self.count.period_over();
+        self.begin(begin, board);
+    }
+
+    fn safe_frame<'b>(&mut self, _buffer: &'b mut [u8]) -> &'b [u8] {
+        // The actuator plays on, and knows what to do when it has played out.
+        &[]
+    }
+}
+
+impl Node {
+    fn begin(&mut self, begin: Begin, board: &mut impl Board) {
+        match begin {
+            Begin::Nothing => return,
+            Begin::Next => (),
+            Begin::Anew(tick) => self.align(tick, board),
+        }
+        board.restart_period();
+        self.cycle(board);
+    }
+
+    /// Begins anew with cycle `tick`: of what was sent before, nothing is known to be right any more.
+    fn align(&mut self, tick: Tick, board: &mut impl Board) {
+        self.health.aligned(self.controller.is_none(), tick, board);
+        // The generator has checked the design.
+        self.controller = design::Controller::new(DESIGN, tick).ok();
+    }
+
+    fn cycle(&mut self, board: &mut impl Board) {
+        let Some(controller) = &mut self.controller else { return };
+        let begin = board.ticks();
+        let tick = controller.tick();
+        if DESIGN.preview.is_some() {
+            // Without samples the last feedforward stays in force.
+            let _ = controller.follow(self.reference.from(tick + 1));
+        }
+        // A frame that could not be written is one that is lost.
+        let sequence = controller.cycle(&mut self.frame).ok().flatten();
+        let sent = sequence.is_some();
+        if let Some(sequence) = sequence {
+            board.send(sequence);
+        }
+        let duration = self.taking.wrapping_add(board.ticks().wrapping_sub(begin));
+        self.taking = 0;
+        self.health.ran();
+        if let Ok(frame) = wire::encode_service::<Scalar, _>(tick, &Ran { sent, duration }, &mut self.frame) {
+            board.send(frame);
+        }
+    }
+}

@@ -1,0 +1,65 @@
+//! The log: messages in defmt's format, over the board's second UART. `defmt-print -e IMAGE` reads them on the host.
+#![allow(unsafe_code)]
+
+use crate::board::Notice;
+use crate::hardware;
+use core::cell::UnsafeCell;
+use critical_section::RestoreState;
+
+/// One message at a time, interrupts masked.
+struct State {
+    encoder: UnsafeCell<(defmt::Encoder, RestoreState)>,
+}
+
+// SAFETY: used only between acquire and release, within a critical section.
+unsafe impl Sync for State {}
+
+static STATE: State = State { encoder: UnsafeCell::new((defmt::Encoder::new(), RestoreState::invalid())) };
+
+#[defmt::global_logger]
+struct Log;
+
+// SAFETY: a critical section lasts from acquire to release, so that messages do not mix. A message within a message can
+// come from a panic while one is written: the frame that was under way is then damaged, which the reader sees.
+unsafe impl defmt::Logger for Log {
+    fn acquire() {
+        // SAFETY: released in `release`; the section makes the access to the state the only one.
+        unsafe {
+            let token = critical_section::acquire();
+            let (encoder, restore) = &mut *STATE.encoder.get();
+            *restore = token;
+            encoder.start_frame(write);
+        }
+    }
+
+    unsafe fn flush() {}
+
+    unsafe fn release() {
+        // SAFETY: called after acquire, within its section, which ends here.
+        unsafe {
+            let (encoder, restore) = &mut *STATE.encoder.get();
+            encoder.end_frame(write);
+            critical_section::release(*restore);
+        }
+    }
+
+    unsafe fn write(bytes: &[u8]) {
+        // SAFETY: called between acquire and release.
+        unsafe { (*STATE.encoder.get()).0.write(bytes, write) }
+    }
+}
+
+fn write(bytes: &[u8]) {
+    bytes.iter().for_each(|byte| hardware::log(*byte));
+}
+
+/// Puts a notice into the log.
+pub(crate) fn note(notice: Notice) {
+    match notice {
+        Notice::Aligned(tick) => defmt::info!("first cycle {=u32}", tick.0),
+        Notice::Realigned(tick) => defmt::warn!("begins anew with cycle {=u32}", tick.0),
+        Notice::Safe => defmt::warn!("no cycle for too long: safe input"),
+        Notice::Gains(verdict) => defmt::info!("gains: verdict {=u8}", verdict as u8),
+        Notice::Rejected(kind) => defmt::debug!("frame of kind {=u8} changed nothing", kind),
+    }
+}
