@@ -1,23 +1,21 @@
 //! One run of the loop: sensor, link, controller, link, actuator, plant. Thesis 3.1.
 //!
-//! Both ends are the core's and share nothing but encoded frames. Cycle `k`: the sensor samples `y_k` (not in cycle 0,
+//! The ends, [`crate::ends`], are the core's and share nothing but encoded frames. Cycle `k`: the sensor samples `y_k` (not in cycle 0,
 //! where the controller knows the initial mean) and sends it; the controller takes what has arrived, acknowledgements of
 //! cycle `k-1` and earlier among it, and sends `U_k`; the actuator takes what has arrived and applies its input. An
 //! acknowledgement with a delay of 0 is there before the next cycle, as an instant one is always.
 
 use crate::{
     contender::Contender,
-    decision::Decision,
+    ends::{CoreEnds, Ends, frame_capacity},
     fitted::Fitted,
     network::Network,
     plant::PlantRun,
-    size_class::{LONGEST_SEQUENCE, MEMORY, SimScalar},
+    size_class::{LONGEST_SEQUENCE, SimScalar},
 };
 use nalgebra::{SMatrix, SVector};
 use slqg::{
     Tick,
-    actuator::Actuator,
-    controller::Controller,
     estimator::Merging,
     wire::{self, Measurement},
 };
@@ -169,55 +167,58 @@ fn run_with<T: SimScalar, const NX: usize, const NU: usize, const NY: usize, con
     contender: &Contender,
     plan: RunPlan,
     network: &mut Network<T, NU, NY>,
-    mut record: impl FnMut(Snapshot<'_, T, NX, NU>),
+    record: impl FnMut(Snapshot<'_, T, NX, NU>),
 ) -> RunResult {
+    let mut ends = CoreEnds::<T, NX, NU, NY, E>::new(fitted, contender);
+    let Ok(result) = run_ends(fitted, contender, plan, network, &mut ends, record);
+    result
+}
+
+/// Runs the loop once with these ends over `network`, on which nothing is under way; `record` is called with every cycle.
+///
+/// # Errors
+/// If an end stops.
+pub fn run_ends<T: SimScalar, const NX: usize, const NU: usize, const NY: usize, X: Ends<T, NX, NU>>(
+    fitted: &Fitted<T, NX, NU, NY>,
+    contender: &Contender,
+    plan: RunPlan,
+    network: &mut Network<T, NU, NY>,
+    ends: &mut X,
+    mut record: impl FnMut(Snapshot<'_, T, NX, NU>),
+) -> Result<RunResult, X::Error> {
     let RunPlan { steps, seed, run } = plan;
-    let design = fitted.design().expect("checked before the first run");
-    let start = Tick(0);
-    let mut controller = Controller::<T, NX, NU, NY, LONGEST_SEQUENCE, MEMORY, E>::new(design, start)
-        .expect("every law that fits the size class fits the controller");
-    controller.round_age(contender.rounds_age);
-    let mut decision = Decision::new(fitted);
-    let mut actuator = Actuator::<T, NU, LONGEST_SEQUENCE>::new(design.actuator, start);
     let mut plant = PlantRun::new(&fitted.plant, seed, run);
     let scale = fitted.plant.scale();
     let mut frame = vec![0; frame_capacity::<T>(NU, NY)];
     let mut result = RunResult { cost: 0.0, diverged: false, sent: 0, age_sum: 0, rejected: 0 };
 
     for cycle in 0..steps {
-        let tick = start + cycle as u32;
+        let tick = Tick(cycle as u32);
+        ends.begin(cycle)?;
         let measurement_frame = (cycle > 0).then(|| {
             let output = fitted.sent(&plant.measure());
             let bytes = wire::encode_measurement(&Measurement { tick, output }, &mut frame)
                 .expect("the buffer holds every frame");
             network.send_measurement(bytes)
         });
-        // Refusals are counted at the ends.
-        network.to_controller(|packet| {
-            let _ = controller.receive(packet);
-        });
-        fitted.prepare(&mut controller, cycle, network.channel_states());
-        let sequence = decision.cycle(&mut controller, &mut frame);
+        network.to_controller(|packet| ends.to_controller(packet));
+        let sequence = ends.control(cycle, network.channel_states())?;
         let control_frame = network.send_control(sequence);
         result.sent += usize::from(control_frame.is_some());
 
-        network.to_actuator(|packet| {
-            let _ = actuator.receive(packet);
-        });
-        let applied = actuator.step();
-        let told = actuator.acknowledgement(contender.acknowledged_cycles).expect("it has played");
-        let bytes =
-            wire::encode_acknowledgement::<T>(&told, &mut frame).expect("the buffer holds every frame");
-        network.send_acknowledgement(bytes);
+        network.to_actuator(|packet| ends.to_actuator(packet));
+        let (applied, acknowledgement) = ends.play()?;
+        network.send_acknowledgement(acknowledgement);
 
         let input = applied.input.map(|value| value.widen());
         let state = *plant.state();
         result.cost += fitted.objective.stage(cycle, &state, &input);
         result.age_sum += applied.age.steps().unwrap_or(contender.laws[0].length);
+        let (estimate, covariance) = ends.estimate();
         record(Snapshot {
             state: &state,
-            estimate: controller.estimator().posterior_mean(),
-            covariance: controller.estimator().posterior_covariance(),
+            estimate,
+            covariance,
             input: &input,
             tracked: fitted.objective.tracked(cycle, &state),
             age: applied.age.steps(),
@@ -230,12 +231,6 @@ fn run_with<T: SimScalar, const NX: usize, const NU: usize, const NY: usize, con
         network.next_cycle();
     }
     result.cost += fitted.objective.terminal(steps, plant.state());
-    result.rejected = u64::from(controller.counts().rejected_frames) + u64::from(actuator.rejected_frames());
-    result
-}
-
-fn frame_capacity<T: SimScalar>(inputs: usize, outputs: usize) -> usize {
-    wire::control_len(inputs, LONGEST_SEQUENCE, T::BYTES)
-        .max(wire::measurement_len(outputs, T::BYTES))
-        .max(wire::LONGEST_ACKNOWLEDGEMENT)
+    result.rejected = ends.rejected();
+    Ok(result)
 }

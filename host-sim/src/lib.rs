@@ -13,6 +13,7 @@
 //! | [`carrier`] | frames as a CAN bus carries them |
 //! | [`network`] | the links of a run in use |
 //! | [`decision`] | what some controllers decide on the host, beside the core |
+//! | [`ends`] | controller and actuator as the simulator drives them |
 //! | [`closed_loop`] | one run: plant, links and the two ends, cycle by cycle |
 //! | [`monte_carlo`] | many runs in parallel, and what they say together |
 //! | [`sweep`] | designs x controllers x lengths into a file: resumed, in shards, compared run by run |
@@ -21,6 +22,7 @@
 //! | [`figures`] | the thesis' figures, recomputed |
 //! | [`identify`] | options of the command that reads logs of a link |
 //! | [`node`] | the same loop in real time, as processes that pass each other datagrams |
+//! | [`pil`] | the same loop with controller and actuator on boards in an emulator |
 //! | [`output`] | the table, the JSON and the report with pictures |
 //!
 //! Same design, same seed: same numbers, on any number of threads.
@@ -30,6 +32,7 @@ pub mod carrier;
 pub mod closed_loop;
 pub mod contender;
 pub mod decision;
+pub mod ends;
 pub mod figures;
 pub mod fitted;
 pub mod identify;
@@ -38,6 +41,7 @@ pub mod network;
 pub mod node;
 pub mod objective;
 pub mod output;
+pub mod pil;
 pub mod plant;
 pub mod random;
 pub mod robustness;

@@ -134,9 +134,15 @@ impl<T: SimScalar, const NU: usize, const NY: usize> Network<T, NU, NY> {
         self.take(Role::Control, receive);
     }
 
-    /// Sends an acknowledgement frame, in every cycle.
-    pub fn send_acknowledgement(&mut self, frame: &[u8]) {
-        self.send(Role::Acknowledgement, frame);
+    /// Sends an acknowledgement frame, or lets the cycle pass without one.
+    pub fn send_acknowledgement(&mut self, frame: Option<&[u8]>) {
+        match (frame, &mut self.ways[Role::Acknowledgement as usize]) {
+            (Some(frame), _) => {
+                self.send(Role::Acknowledgement, frame);
+            }
+            (None, Way::Path(path)) => path.skip(),
+            (None, _) => (),
+        }
     }
 
     /// Ends the current cycle.

@@ -21,6 +21,8 @@ pub enum Purpose {
     AcknowledgementLink = 5,
     /// Phase, other traffic and errors of a bus.
     Bus = 6,
+    /// When nodes are killed.
+    Restarts = 7,
 }
 
 const PURPOSES: u64 = 8;

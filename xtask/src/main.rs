@@ -15,6 +15,7 @@ mod checks;
 mod demo;
 mod distribution;
 mod firmware;
+mod nodes;
 mod packages;
 mod process;
 mod qemu;
@@ -41,11 +42,13 @@ enum Task {
     Demo,
     /// Run every check: format, lints, documentation, tests, cross build, board against host
     Test,
-    /// Build the images for the reference board, an Arm MPS2 with a Cortex-M4F
+    /// Build the images for the reference board, an Arm MPS2 with a Cortex-M4F; with --design both nodes for a design
     Firmware {
         /// Also run them in QEMU, and compare with the same loop on the host
-        #[arg(long)]
+        #[arg(long, conflicts_with = "design")]
         run: bool,
+        #[command(flatten)]
+        nodes: nodes::Options,
     },
     /// Build the images for the reference board and show how much memory they take
     Size,
@@ -82,7 +85,8 @@ fn perform(task: &Task) -> Result<()> {
     match task {
         Task::Demo => demo::demo(&workspace),
         Task::Test => checks::test(&workspace),
-        Task::Firmware { run } => firmware::firmware(&workspace, *run),
+        Task::Firmware { nodes, .. } if nodes.design.is_some() => nodes::nodes(&workspace, nodes),
+        Task::Firmware { run, .. } => firmware::firmware(&workspace, *run),
         Task::Size => size::size(&workspace),
         Task::Bench { what: Bench::Gains } => {
             process::run(workspace.cargo().args(["bench", "--quiet", "-p", "gain-gen", "--bench", "gains"]))

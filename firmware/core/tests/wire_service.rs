@@ -28,7 +28,7 @@ fn golden<S: Service + PartialEq + Debug + Copy>(tick: Tick, service: S, expecte
 #[test]
 fn frames_of_fixed_length_are_the_golden_bytes() {
     let tick = Tick(0x0403_0201);
-    golden(tick, Clock { period_us: 20_000 }, &[1, 4, 4, 1, 2, 3, 4, 0x20, 0x4e, 0, 0]);
+    golden(tick, Clock { begins: true, period_us: 20_000 }, &[1, 4, 4, 1, 2, 3, 4, 1, 0x20, 0x4e, 0, 0]);
     golden(tick, Ran { sent: true, duration: 0x0102_0304 }, &[1, 6, 4, 1, 2, 3, 4, 1, 4, 3, 2, 1]);
     let answer = GainsAnswer { received: 0x0102, verdict: Verdict::Design };
     golden(tick, answer, &[1, 8, 4, 1, 2, 3, 4, 2, 1, 5]);

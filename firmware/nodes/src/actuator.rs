@@ -109,6 +109,7 @@ impl Node {
         match begin {
             Begin::Nothing => return,
             Begin::Next => (),
+            Begin::Align(tick) => return self.align(tick, board),
             Begin::Anew(tick) => self.align(tick, board),
         }
         board.restart_period();

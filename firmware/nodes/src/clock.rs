@@ -11,6 +11,8 @@ use slqg::{Tick, wire::Clock};
 pub enum Begin {
     /// It runs the next cycle.
     Next,
+    /// It forgets what it knows, and the cycle that comes next is this one.
+    Align(Tick),
     /// It forgets what it knows and begins with this cycle.
     Anew(Tick),
     /// Nothing: it has begun this cycle by itself, or does not know the time.
@@ -27,10 +29,15 @@ pub struct Count {
 }
 
 impl Count {
-    /// A clock frame says that cycle `tick` begins.
+    /// A clock frame says that cycle `tick` begins, or comes next.
     pub fn told(&mut self, tick: Tick, clock: Clock) -> Begin {
         self.waits = clock.period_us == 0;
         match self.next {
+            Some(next) if !clock.begins && next == tick => Begin::Nothing,
+            _ if !clock.begins => {
+                self.next = Some(tick);
+                Begin::Align(tick)
+            }
             Some(next) if next == tick => self.begin(tick, Begin::Next),
             // The node's timer was a little early.
             Some(next) if next == tick + 1 => Begin::Nothing,
@@ -61,8 +68,8 @@ impl Count {
 mod tests {
     use super::*;
 
-    const RUNNING: Clock = Clock { period_us: 20_000 };
-    const STEPPED: Clock = Clock { period_us: 0 };
+    const RUNNING: Clock = Clock { begins: true, period_us: 20_000 };
+    const STEPPED: Clock = Clock { begins: true, period_us: 0 };
 
     #[test]
     fn a_node_takes_the_first_cycle_it_is_told_and_counts_on() {
@@ -88,6 +95,14 @@ mod tests {
         count.told(Tick(7), RUNNING);
         assert_eq!(count.told(Tick(10), RUNNING), Begin::Anew(Tick(10)));
         assert_eq!(count.told(Tick(3), RUNNING), Begin::Anew(Tick(3)));
+    }
+
+    #[test]
+    fn a_node_that_is_told_what_comes_next_waits_for_it_to_begin() {
+        let mut count = Count::default();
+        assert_eq!(count.told(Tick(7), Clock { begins: false, ..STEPPED }), Begin::Align(Tick(7)));
+        assert_eq!(count.told(Tick(7), Clock { begins: false, ..STEPPED }), Begin::Nothing);
+        assert_eq!(count.told(Tick(7), STEPPED), Begin::Next);
     }
 
     #[test]

@@ -36,14 +36,14 @@ pub(super) fn figures(options: &Options) -> Result<(), Failure> {
     for figure in Figure::ALL.into_iter().filter(|figure| only.is_empty() || only.contains(figure)) {
         let (table, pictures) = match figure.comparison() {
             Some(comparison) => {
-                let progress = progress(comparison.work());
+                let progress = progress(comparison.work(), "runs");
                 let points = comparison.points(*seed, || progress.inc(1));
                 progress.finish_and_clear();
                 let points = points.map_err(|error| Failure::Input(error.to_string()))?;
                 (by_length::table(&points), comparison.pictures(&points, *seed))
             }
             None => {
-                let progress = progress(*runs as usize * LENGTHS.len());
+                let progress = progress(*runs as usize * LENGTHS.len(), "runs");
                 let found = cumulative::simulate(u64::from(*runs), *seed, || progress.inc(1));
                 progress.finish_and_clear();
                 (found.table(), vec![("cost-per-step".to_string(), found.picture())])

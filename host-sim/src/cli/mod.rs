@@ -5,6 +5,7 @@
 mod bus;
 mod figures;
 mod options;
+mod pil;
 mod robustness;
 mod run;
 mod sweep;
@@ -48,6 +49,8 @@ enum Command {
     Figures(figures::Options),
     /// Logs of a link to the delays of a design file, with confidence intervals and what speaks against them.
     Identify(identify::Options),
+    /// Processor in the loop: controller and actuator on boards in QEMU, compared with the simulator bit by bit.
+    Pil(pil::Options),
     /// One node of the loop in real time: controller, actuator, plant, or a link between them.
     Node(node::Options),
 }
@@ -69,6 +72,7 @@ pub(crate) fn main() -> ExitCode {
         Command::Robustness(options) => robustness::robustness(options),
         Command::Bus(options) => bus::bus(options),
         Command::Figures(options) => figures::figures(options),
+        Command::Pil(options) => pil::pil(options),
         Command::Identify(options) => identify::run(options)
             .map(|text| print!("{text}"))
             .map_err(|error| Failure::Input(error.to_string())),
@@ -92,8 +96,8 @@ fn fail(status: u8, message: &str) -> ExitCode {
 }
 
 /// A bar on stderr, when that is a terminal.
-fn progress(runs: usize) -> ProgressBar {
-    let bar = ProgressBar::with_draw_target(Some(runs as u64), ProgressDrawTarget::stderr());
-    let style = ProgressStyle::with_template("{wide_bar} {pos}/{len} runs, {eta} left");
+fn progress(count: usize, of: &str) -> ProgressBar {
+    let bar = ProgressBar::with_draw_target(Some(count as u64), ProgressDrawTarget::stderr());
+    let style = ProgressStyle::with_template(&format!("{{wide_bar}} {{pos}}/{{len}} {of}, {{eta}} left"));
     bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
 }

@@ -41,7 +41,7 @@ pub(super) fn robustness(options: &Options) -> Result<(), Failure> {
         Contender::new(*kind, design, plan.steps).map_err(|error| refused(&error, design, path))
     };
     let contenders: Vec<Contender> = designs.iter().zip(paths).map(contender).collect::<Result<_, _>>()?;
-    let progress = progress(designs.len() * designs.len() * plan.runs);
+    let progress = progress(designs.len() * designs.len() * plan.runs, "runs");
     let table =
         Robustness::new(&designs, &contenders, plan, || progress.inc(1)).map_err(|error| input(&error))?;
     progress.finish_and_clear();

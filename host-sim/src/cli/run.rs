@@ -44,7 +44,7 @@ pub(super) fn run(options: &Options) -> Result<(), Failure> {
         .iter()
         .map(|&kind| selection.contender(kind, &design, path, plan.steps))
         .collect::<Result<Vec<_>, _>>()?;
-    let progress = progress(contenders.len() * plan.runs);
+    let progress = progress(contenders.len() * plan.runs, "runs");
     let outcomes = contenders
         .iter()
         .map(|contender| simulate(&design, path, contender, plan, &progress))

@@ -60,7 +60,7 @@ pub(super) fn sweep(options: &Options) -> Result<(), Failure> {
     let entries = match &options.output {
         Some(output) => into_file(&experiment, &prepared, output, options.resume)?,
         None => {
-            let progress = progress(experiment.rows());
+            let progress = progress(experiment.rows(), "runs");
             let mut entries = Vec::new();
             let kept = simulate(&experiment, &prepared, 0, |_, _, new| {
                 progress.inc(new.len() as u64);
@@ -133,7 +133,7 @@ fn into_file(
         }
     }
     let (mut part, mut entries) = Part::open(output, experiment, resume)?;
-    let progress: ProgressBar = progress(experiment.rows());
+    let progress: ProgressBar = progress(experiment.rows(), "runs");
     progress.set_position(entries.len() as u64);
     progress.reset_eta();
     let written = simulate(experiment, prepared, entries.len(), |case, first, new| {

@@ -227,6 +227,12 @@ impl<T: SimScalar, const NX: usize, const NU: usize, const NY: usize> Fitted<T, 
         })
     }
 
+    /// The reference from cycle 0 on, and how many samples after the current cycle are known; none is followed, or it was
+    /// taken account of beforehand: `None`.
+    pub fn reference(&self) -> Option<(&[SVector<T, NX>], usize)> {
+        self.preview.as_ref().map(|preview| (&*self.reference, preview.samples))
+    }
+
     /// Hands the controller what it is told before cycle `cycle`: the law of a task or of a channel, or the reference.
     /// `channel`: states of the channel in the cycles before, the newest first.
     ///

@@ -1,7 +1,7 @@
 //! Payloads between a node and its host: the clock, what a node did, gains and references for it. Bytes 7 and on:
 //!
 //! ```text
-//! clock           period (4 bytes): microseconds until the next one, 0 if the node is to wait for it
+//! clock           1 if cycle `tick` begins, 0 if it comes next (1 byte); period (4 bytes): microseconds until the next one, 0 if the node is to wait for it
 //! applied         age (1 byte, as in an acknowledgement), inputs (1 byte), then one scalar per input
 //! ran             1 if a control frame was sent, else 0 (1 byte); duration of the cycle in ticks of the node's clock (4 bytes)
 //! part of gains   offset (2 bytes), length of the whole blob (2 bytes), then bytes of the blob from the offset on
@@ -60,9 +60,11 @@ pub fn decode_service<T: Scalar, S: Service>(frame: &[u8]) -> Result<(Tick, S), 
     Ok((tick, service))
 }
 
-/// Cycle `tick` begins: nodes that hear it run it.
+/// Cycle `tick` begins: nodes that hear it run it. Or it comes next: a node that has just started takes frames for it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Clock {
+    /// Whether it begins now.
+    pub begins: bool,
     /// Time until the next one begins, in microseconds: a node that does not hear that begins it by itself. Zero: it waits.
     #[serde(with = "postcard::fixint::le")]
     pub period_us: u32,

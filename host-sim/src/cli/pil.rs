@@ -1,0 +1,137 @@
+//! `host-sim pil`: the loop with its ends on boards in an emulator.
+
+use super::{
+    Failure,
+    options::{refused, wrong},
+    progress,
+};
+use clap::Args;
+use gain_gen::design::Design;
+use host_sim::{
+    contender::{Contender, Kind},
+    pil::{self, Board, Pil, Plan, Request, Restart, Setup, Transport},
+    size_class::{self, dispatch},
+};
+use slqg::DefaultInput;
+use std::{fmt::Display, path::PathBuf, time::Instant};
+
+#[derive(Args)]
+pub(super) struct Options {
+    /// Design file (TOML).
+    design: PathBuf,
+    /// Inputs per packet, instead of the design's.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..))]
+    sequence_length: Option<u8>,
+    /// What the actuator does when its buffer has run out, instead of the design's.
+    #[arg(long, value_name = "zero|hold", value_parser = default_input)]
+    default_input: Option<DefaultInput>,
+    /// Control cycles.
+    #[arg(long, value_name = "K", default_value_t = 10_000, value_parser = clap::value_parser!(u32).range(1..))]
+    cycles: u32,
+    /// Seed of all random numbers.
+    #[arg(long, value_name = "S", default_value_t = 1)]
+    seed: u64,
+    /// The boards.
+    #[arg(long, value_enum, default_value_t = Board::Mps2An386)]
+    board: Board,
+    /// How frames get to the nodes.
+    #[arg(long, value_enum, default_value_t = Transport::Bulk)]
+    transport: Transport,
+    /// Kill a node in a cycle and start it again some cycles later: controller@5000+10. May be given several times.
+    #[arg(long = "restart", value_name = "NODE@CYCLE+AWAY", conflicts_with = "restarts")]
+    restart: Vec<Restart>,
+    /// Kill either node in so many random cycles, and start it again up to 10 cycles later.
+    #[arg(long, value_name = "COUNT")]
+    restarts: Option<usize>,
+    /// Count the instructions of the controller's cycles.
+    #[arg(long)]
+    count: bool,
+    /// Do not build the controller's program, but run this one.
+    #[arg(long, value_name = "IMAGE", requires = "actuator_image")]
+    controller_image: Option<PathBuf>,
+    /// Do not build the actuator's program, but run this one.
+    #[arg(long, value_name = "IMAGE", requires = "controller_image")]
+    actuator_image: Option<PathBuf>,
+    /// Keep the nodes' logs in this folder; `defmt-print -e IMAGE` reads them.
+    #[arg(long, value_name = "FOLDER")]
+    logs: Option<PathBuf>,
+    /// Print one JSON object instead of text.
+    #[arg(long)]
+    json: bool,
+}
+
+fn default_input(text: &str) -> Result<DefaultInput, String> {
+    match text {
+        "zero" => Ok(DefaultInput::Zero),
+        "hold" => Ok(DefaultInput::Hold),
+        _ => Err("give zero or hold".to_owned()),
+    }
+}
+
+/// Random restarts: most cycles a node is away.
+const LONGEST_AWAY: usize = 10;
+
+/// Runs the loop on boards and prints whether they did what the simulator did. A difference is a failure.
+pub(super) fn pil(options: &Options) -> Result<(), Failure> {
+    let input = |error: &dyn Display| Failure::Input(error.to_string());
+    let mut design = Design::load(&options.design).map_err(|error| input(&error))?;
+    if let Some(default_input) = options.default_input {
+        design.set_default_input(default_input);
+    }
+    if let Some(length) = options.sequence_length {
+        design.set_sequence_length(length.into());
+    }
+    let wrong = |error: &dyn Display| wrong(&options.design, error);
+    size_class::check(&design).map_err(|error| wrong(&error))?;
+    let cycles = options.cycles as usize;
+    let contender = Contender::new(Kind::Slqg, &design, cycles)
+        .map_err(|error| refused(&error, &design, &options.design))?;
+
+    let images = match options.controller_image.clone().zip(options.actuator_image.clone()) {
+        Some((controller, actuator)) => [controller, actuator],
+        None => pil::build(&Request {
+            design: &options.design,
+            sequence_length: options.sequence_length.map(usize::from),
+            default_input: options.default_input,
+            board: options.board,
+            transport: options.transport,
+        })
+        .map_err(|error| input(&error))?,
+    };
+    let setups = images.map(|image| Setup {
+        image,
+        board: options.board,
+        transport: options.transport,
+        counts: options.count,
+    });
+    let restarts = match options.restarts {
+        Some(count) => pil::at_random(count, cycles, LONGEST_AWAY, options.seed),
+        None => options.restart.clone(),
+    };
+    let plan = Plan { cycles, seed: options.seed, setups, restarts };
+
+    let folder = tempfile::tempdir().map_err(|error| input(&error))?;
+    let bar = progress(cycles, "cycles");
+    let start = Instant::now();
+    let run = Pil {
+        design: &design,
+        contender: &contender,
+        plan: &plan,
+        folder: options.logs.as_deref().unwrap_or(folder.path()),
+        done: || bar.inc(1),
+    };
+    let outcome = dispatch(&design, run).map_err(|error| wrong(&error))?;
+    bar.finish_and_clear();
+    let outcome = outcome.map_err(|error| input(&error))?;
+    let seconds = start.elapsed().as_secs_f64();
+    if options.json {
+        println!("{}", outcome.json());
+    } else {
+        print!("{}", outcome.text());
+        eprintln!("{:.0} cycles per second", cycles as f64 / seconds);
+    }
+    match outcome.is_good() {
+        true => Ok(()),
+        false => Err(Failure::Input("boards and simulator differ, or the loop has failed".to_owned())),
+    }
+}

@@ -1,0 +1,165 @@
+//! The two ends of the loop as the simulator drives them: what comes in, what goes out.
+//!
+//! [`CoreEnds`] are the core's controller and actuator in this process. Ends that run elsewhere, on a microcontroller, are
+//! [`crate::pil`]'s. Plant and links are [`crate::closed_loop`]'s: no end sees them.
+
+use crate::{
+    contender::Contender,
+    decision::Decision,
+    fitted::Fitted,
+    size_class::{LONGEST_SEQUENCE, MEMORY, SimScalar},
+};
+use nalgebra::{SMatrix, SVector};
+use slqg::{
+    Tick,
+    actuator::{Actuator, Applied},
+    controller::Controller,
+    wire,
+};
+use std::convert::Infallible;
+
+/// What was applied in a cycle, and the acknowledgement frame that tells of it; none if nobody was there to tell.
+pub type Played<'e, T, const NU: usize> = (Applied<T, NU>, Option<&'e [u8]>);
+
+/// Controller and actuator, with frames between them and the links.
+pub trait Ends<T: SimScalar, const NX: usize, const NU: usize> {
+    /// Why they stopped.
+    type Error;
+    /// Cycle `cycle` begins, before anything arrives.
+    ///
+    /// # Errors
+    /// If an end that should be there does not come.
+    fn begin(&mut self, _cycle: usize) -> Result<(), Self::Error> {
+        Ok(())
+    }
+    /// The controller takes a frame. What it refuses it counts.
+    fn to_controller(&mut self, packet: &[u8]);
+    /// The controller runs cycle `cycle`; returns its frame, if it sends one. `channel`: states of the channel to the actuator
+    /// in the cycles before, the newest first.
+    ///
+    /// # Errors
+    /// If the controller has stopped.
+    fn control(
+        &mut self,
+        cycle: usize,
+        channel: impl Iterator<Item = usize>,
+    ) -> Result<Option<&[u8]>, Self::Error>;
+    /// The actuator takes a frame. What it refuses it counts.
+    fn to_actuator(&mut self, packet: &[u8]);
+    /// The actuator applies the input of this cycle.
+    ///
+    /// # Errors
+    /// If the actuator has stopped.
+    fn play(&mut self) -> Result<Played<'_, T, NU>, Self::Error>;
+    /// The controller's estimate of the state, and the covariance of its error.
+    fn estimate(&self) -> (&SVector<T, NX>, &SMatrix<T, NX, NX>);
+    /// Frames that either end refused.
+    fn rejected(&self) -> u64;
+}
+
+/// The core's ends, in this process.
+pub struct CoreEnds<'f, T: SimScalar, const NX: usize, const NU: usize, const NY: usize, const E: usize> {
+    fitted: &'f Fitted<T, NX, NU, NY>,
+    contender: &'f Contender,
+    controller: Controller<'f, T, NX, NU, NY, LONGEST_SEQUENCE, MEMORY, E>,
+    decision: Decision<'f, T, NX, NU>,
+    actuator: Actuator<T, NU, LONGEST_SEQUENCE>,
+    frame: Vec<u8>,
+}
+
+impl<'f, T: SimScalar, const NX: usize, const NU: usize, const NY: usize, const E: usize>
+    CoreEnds<'f, T, NX, NU, NY, E>
+{
+    /// Ends whose first cycle is 0.
+    ///
+    /// # Panics
+    /// If the fitted controller's tables are no gains, which [`Fitted::design`] tells beforehand.
+    pub fn new(fitted: &'f Fitted<T, NX, NU, NY>, contender: &'f Contender) -> Self {
+        Self {
+            fitted,
+            contender,
+            controller: controller(fitted, contender, Tick(0)),
+            decision: Decision::new(fitted),
+            actuator: actuator(fitted, Tick(0)),
+            frame: vec![0; frame_capacity::<T>(NU, NY)],
+        }
+    }
+
+    /// The controller has lost its memory and begins anew with cycle `tick`.
+    pub fn restart_controller(&mut self, tick: Tick) {
+        self.controller = controller(self.fitted, self.contender, tick);
+        self.decision = Decision::new(self.fitted);
+    }
+
+    /// The actuator has lost its memory and begins anew with cycle `tick`.
+    pub fn restart_actuator(&mut self, tick: Tick) {
+        self.actuator = actuator(self.fitted, tick);
+    }
+}
+
+fn controller<'f, T: SimScalar, const NX: usize, const NU: usize, const NY: usize, const E: usize>(
+    fitted: &'f Fitted<T, NX, NU, NY>,
+    contender: &Contender,
+    tick: Tick,
+) -> Controller<'f, T, NX, NU, NY, LONGEST_SEQUENCE, MEMORY, E> {
+    let design = fitted.design().expect("checked before the first run");
+    let mut controller =
+        Controller::new(design, tick).expect("every law that fits the size class fits the controller");
+    controller.round_age(contender.rounds_age);
+    controller
+}
+
+fn actuator<T: SimScalar, const NX: usize, const NU: usize, const NY: usize>(
+    fitted: &Fitted<T, NX, NU, NY>,
+    tick: Tick,
+) -> Actuator<T, NU, LONGEST_SEQUENCE> {
+    Actuator::new(fitted.design().expect("checked before the first run").actuator, tick)
+}
+
+/// Bytes of the longest frame between ends of a size class.
+pub fn frame_capacity<T: SimScalar>(inputs: usize, outputs: usize) -> usize {
+    wire::control_len(inputs, LONGEST_SEQUENCE, T::BYTES)
+        .max(wire::measurement_len(outputs, T::BYTES))
+        .max(wire::LONGEST_ACKNOWLEDGEMENT)
+}
+
+impl<T: SimScalar, const NX: usize, const NU: usize, const NY: usize, const E: usize> Ends<T, NX, NU>
+    for CoreEnds<'_, T, NX, NU, NY, E>
+{
+    type Error = Infallible;
+
+    fn to_controller(&mut self, packet: &[u8]) {
+        // Refusals are counted at the ends.
+        let _ = self.controller.receive(packet);
+    }
+
+    fn control(
+        &mut self,
+        cycle: usize,
+        channel: impl Iterator<Item = usize>,
+    ) -> Result<Option<&[u8]>, Infallible> {
+        self.fitted.prepare(&mut self.controller, cycle, channel);
+        Ok(self.decision.cycle(&mut self.controller, &mut self.frame))
+    }
+
+    fn to_actuator(&mut self, packet: &[u8]) {
+        let _ = self.actuator.receive(packet);
+    }
+
+    fn play(&mut self) -> Result<Played<'_, T, NU>, Infallible> {
+        let applied = self.actuator.step();
+        let told = self.actuator.acknowledgement(self.contender.acknowledged_cycles).expect("it has played");
+        let frame =
+            wire::encode_acknowledgement::<T>(&told, &mut self.frame).expect("the buffer holds every frame");
+        Ok((applied, Some(frame)))
+    }
+
+    fn estimate(&self) -> (&SVector<T, NX>, &SMatrix<T, NX, NX>) {
+        let estimator = self.controller.estimator();
+        (estimator.posterior_mean(), estimator.posterior_covariance())
+    }
+
+    fn rejected(&self) -> u64 {
+        u64::from(self.controller.counts().rejected_frames) + u64::from(self.actuator.rejected_frames())
+    }
+}

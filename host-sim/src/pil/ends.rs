@@ -1,0 +1,262 @@
+//! Ends of the loop on boards, with a twin of the core's in this process, to which every frame and input is compared.
+//!
+//! What the boards say drives the loop. The twin gets the same frames, and loses its memory when a board is killed; it is
+//! what the simulator would have done.
+
+use super::{
+    difference::Difference,
+    emulator::Setup,
+    frames::Dimensions,
+    remote::{NodeFailure, Remote},
+    restart::Restart,
+};
+use crate::{
+    ends::{CoreEnds, Ends, Played},
+    fitted::Fitted,
+    size_class::SimScalar,
+};
+use nalgebra::{SMatrix, SVector};
+use slqg::{
+    Tick,
+    actuator::{Age, Applied},
+    wire::{self, Kind, Ran, Role, Status},
+};
+use std::path::Path;
+
+/// Samples of the reference in one frame, as many as the nodes take.
+const SAMPLES: usize = 8;
+
+/// What the boards are, and what happens to them.
+pub(super) struct Boards<'a> {
+    /// Of the controller and of the actuator.
+    pub(super) setups: &'a [Setup; 2],
+    /// For lines and logs.
+    pub(super) folder: &'a Path,
+    /// In order.
+    pub(super) restarts: &'a [Restart],
+    /// The design's own dimensions.
+    pub(super) dimensions: Dimensions,
+    /// Tracked outputs.
+    pub(super) tracked: usize,
+}
+
+/// Time that the controller's cycles took, in ticks of its node's clock.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Durations {
+    pub(super) cycles: u32,
+    pub(super) total: u64,
+    pub(super) longest: u32,
+}
+
+/// Controller and actuator on boards.
+pub(super) struct BoardEnds<
+    'f,
+    T: SimScalar,
+    const NX: usize,
+    const NU: usize,
+    const NY: usize,
+    const E: usize,
+> {
+    fitted: &'f Fitted<T, NX, NU, NY>,
+    boards: Boards<'f>,
+    twin: CoreEnds<'f, T, NX, NU, NY, E>,
+    nodes: [Option<Remote>; 2],
+    cycle: usize,
+    /// The first sample of the reference that the controller has not been sent.
+    next_sample: usize,
+    frame: Vec<u8>,
+    pub(super) durations: Durations,
+    /// The first one.
+    pub(super) difference: Option<Difference>,
+}
+
+impl<'f, T: SimScalar, const NX: usize, const NU: usize, const NY: usize, const E: usize>
+    BoardEnds<'f, T, NX, NU, NY, E>
+{
+    /// Starts both boards. The first cycle is 0.
+    pub(super) fn start(
+        fitted: &'f Fitted<T, NX, NU, NY>,
+        twin: CoreEnds<'f, T, NX, NU, NY, E>,
+        boards: Boards<'f>,
+    ) -> Result<Self, NodeFailure> {
+        let mut ends = Self {
+            fitted,
+            boards,
+            twin,
+            nodes: [None, None],
+            cycle: 0,
+            next_sample: 0,
+            frame: Vec::new(),
+            durations: Durations::default(),
+            difference: None,
+        };
+        for role in [Role::Controller, Role::Actuator] {
+            ends.start_node(role)?;
+        }
+        Ok(ends)
+    }
+
+    fn start_node(&mut self, role: Role) -> Result<(), NodeFailure> {
+        let node = Remote::start::<T>(
+            &self.boards.setups[role as usize],
+            role,
+            self.boards.folder,
+            Tick(self.cycle as u32),
+        )?;
+        self.nodes[role as usize] = Some(node);
+        Ok(())
+    }
+
+    /// How both nodes are; one that is not there is started for it.
+    pub(super) fn status(&mut self) -> Result<[Status; 2], NodeFailure> {
+        let mut status = |role: Role| {
+            if self.nodes[role as usize].is_none() {
+                self.start_node(role)?;
+            }
+            let node = self.nodes[role as usize].as_mut().expect("just started");
+            node.status::<T>()
+        };
+        Ok([status(Role::Controller)?, status(Role::Actuator)?])
+    }
+
+    /// Sends the samples that the controller does not know yet.
+    fn send_reference(&mut self) {
+        let Some((reference, ahead)) = self.fitted.reference() else { return };
+        let Some(node) = &mut self.nodes[Role::Controller as usize] else { return };
+        let first = self.next_sample.max(self.cycle + 1);
+        let end = (self.cycle + 1 + ahead).min(reference.len());
+        self.next_sample = end.max(first);
+        let bytes = |sample: &SVector<T, NX>| -> Vec<u8> {
+            sample.iter().take(self.boards.tracked).flat_map(|value| bytes_of(*value)).collect()
+        };
+        for (index, samples) in reference[first.min(end)..end].chunks(SAMPLES).enumerate() {
+            let samples: Vec<_> = samples.iter().map(bytes).collect();
+            let tick = (first + index * SAMPLES) as u32;
+            node.send(&self.boards.dimensions.reference(tick, self.boards.tracked, &samples));
+        }
+    }
+
+    fn differs(&mut self, difference: Option<Difference>) {
+        if self.difference.is_none() {
+            self.difference = difference;
+        }
+    }
+}
+
+/// A number as it is on the wire.
+fn bytes_of<T: SimScalar>(value: T) -> Vec<u8> {
+    match T::BYTES {
+        // Exact: it was widened from as many bits.
+        4 => (value.widen() as f32).to_le_bytes().to_vec(),
+        _ => value.widen().to_le_bytes().to_vec(),
+    }
+}
+
+impl<T: SimScalar, const NX: usize, const NU: usize, const NY: usize, const E: usize> Ends<T, NX, NU>
+    for BoardEnds<'_, T, NX, NU, NY, E>
+{
+    type Error = NodeFailure;
+
+    fn begin(&mut self, cycle: usize) -> Result<(), NodeFailure> {
+        self.cycle = cycle;
+        let tick = Tick(cycle as u32);
+        let restarts = self.boards.restarts;
+        for restart in restarts {
+            if restart.away.end == cycle {
+                self.start_node(restart.role)?;
+                match restart.role {
+                    Role::Controller => {
+                        self.twin.restart_controller(tick);
+                        self.next_sample = 0;
+                    }
+                    Role::Actuator => self.twin.restart_actuator(tick),
+                }
+            }
+            if restart.away.start == cycle {
+                self.nodes[restart.role as usize] = None;
+            }
+        }
+        Ok(())
+    }
+
+    fn to_controller(&mut self, packet: &[u8]) {
+        if let Some(node) = &mut self.nodes[Role::Controller as usize] {
+            node.send(&self.boards.dimensions.to_controller(packet));
+            self.twin.to_controller(packet);
+        }
+    }
+
+    fn control(
+        &mut self,
+        cycle: usize,
+        channel: impl Iterator<Item = usize>,
+    ) -> Result<Option<&[u8]>, NodeFailure> {
+        self.send_reference();
+        let Some(node) = &mut self.nodes[Role::Controller as usize] else { return Ok(None) };
+        let tick = Tick(cycle as u32);
+        let Ok(expected) = self.twin.control(cycle, channel);
+        let frames = node.step::<T>(tick, Kind::Ran)?;
+        let mut sent = None;
+        for frame in &frames {
+            match Kind::of(frame) {
+                Some(Kind::Control) => {
+                    sent = Some(node.read(|frame| self.boards.dimensions.from_controller(frame), frame)?);
+                }
+                Some(Kind::Ran) => {
+                    let (_, ran) = node.read(wire::decode_service::<T, Ran>, frame)?;
+                    self.durations.cycles += 1;
+                    self.durations.total += u64::from(ran.duration);
+                    self.durations.longest = self.durations.longest.max(ran.duration);
+                }
+                kind => return Err(node.damaged(format!("unexpected frame {kind:?}"))),
+            }
+        }
+        let difference = Difference::of_control::<T, NU>(cycle, expected, sent.as_deref());
+        self.differs(difference);
+        let is_sent = sent.is_some();
+        self.frame = sent.unwrap_or_default();
+        Ok(is_sent.then_some(&*self.frame))
+    }
+
+    fn to_actuator(&mut self, packet: &[u8]) {
+        if let Some(node) = &mut self.nodes[Role::Actuator as usize] {
+            node.send(&self.boards.dimensions.to_actuator(packet));
+            self.twin.to_actuator(packet);
+        }
+    }
+
+    fn play(&mut self) -> Result<Played<'_, T, NU>, NodeFailure> {
+        let tick = Tick(self.cycle as u32);
+        let Some(node) = &mut self.nodes[Role::Actuator as usize] else {
+            // A board without its node drives nothing.
+            return Ok((Applied { tick, input: SVector::zeros(), age: Age::Empty }, None));
+        };
+        let Ok((expected, told)) = self.twin.play();
+        let frames = node.step::<T>(tick, Kind::Applied)?;
+        let mut applied = None;
+        self.frame.clear();
+        for frame in &frames {
+            match Kind::of(frame) {
+                Some(Kind::Applied) => {
+                    let padded = node.read(|frame| self.boards.dimensions.applied(frame), frame)?;
+                    applied = Some(node.read(wire::decode_applied::<T, NU>, &padded)?);
+                }
+                Some(Kind::Acknowledgement) => self.frame.clone_from(frame),
+                kind => return Err(node.damaged(format!("unexpected frame {kind:?}"))),
+            }
+        }
+        let applied = applied.ok_or_else(|| node.damaged("nothing was applied".to_owned()))?;
+        let difference = Difference::of_applied(self.cycle, &expected, &applied)
+            .or_else(|| Difference::of_acknowledgement(self.cycle, told, &self.frame));
+        self.differs(difference);
+        Ok((applied, Some(&*self.frame)))
+    }
+
+    fn estimate(&self) -> (&SVector<T, NX>, &SMatrix<T, NX, NX>) {
+        self.twin.estimate()
+    }
+
+    fn rejected(&self) -> u64 {
+        self.twin.rejected()
+    }
+}

@@ -1,0 +1,151 @@
+//! Processor in the loop: controller and actuator run on boards in an emulator, plant and links in the simulator.
+//!
+//! | file | what lives there |
+//! |---|---|
+//! | `emulator` | a board in QEMU, and the line to it |
+//! | `remote` | a node on a board: frames to it and from it |
+//! | `frames` | frames of a size class to those of the design's own dimensions and back |
+//! | `ends` | both nodes as ends of the loop, with a twin in this process |
+//! | `difference` | the first thing in which board and simulator differ |
+//! | `restart` | nodes that are killed and come back |
+//! | `images` | the programs for a design, built |
+//! | `outcome` | what a run came to, as text and JSON |
+//!
+//! The loop is [`crate::closed_loop`]'s, the same as without boards.
+
+mod difference;
+mod emulator;
+mod ends;
+mod frames;
+mod images;
+mod outcome;
+mod remote;
+mod restart;
+
+use crate::{
+    closed_loop::{RunPlan, run, run_ends},
+    contender::Contender,
+    ends::CoreEnds,
+    fitted::{Fitted, Unfit},
+    monte_carlo::threads,
+    network::Network,
+    size_class::{InSizeClass, LONGEST_SEQUENCE, SimScalar},
+};
+use ends::{BoardEnds, Boards};
+use frames::Dimensions;
+use gain_gen::design::Design;
+use slqg::estimator::Merging;
+use std::path::Path;
+
+pub use difference::Difference;
+pub use emulator::{Board, Setup, Transport};
+pub use images::{NoImages, Request, build};
+pub use outcome::{Instructions, Outcome, Recovery};
+pub use remote::{NodeFailure, name};
+pub use restart::{NoRestart, Restart, at_random};
+
+/// Seed of the restarts and of the loop, cycles, and which boards.
+#[derive(Debug, Clone)]
+pub struct Plan {
+    /// Cycles.
+    pub cycles: usize,
+    /// Seed of all random numbers.
+    pub seed: u64,
+    /// Boards of the controller and of the actuator.
+    pub setups: [Setup; 2],
+    /// Nodes that are killed.
+    pub restarts: Vec<Restart>,
+}
+
+/// Why there is no outcome.
+#[derive(Debug, thiserror::Error)]
+pub enum PilError {
+    /// The design does not fit the scalar.
+    #[error(transparent)]
+    Unfit(#[from] Unfit),
+    /// A node has stopped.
+    #[error(transparent)]
+    Node(#[from] NodeFailure),
+}
+
+/// One run of the loop with its ends on boards, and the same run without.
+#[derive(Debug)]
+pub struct Pil<'a, P> {
+    /// The loop.
+    pub design: &'a Design,
+    /// Its controller: one whose frames are the core's alone.
+    pub contender: &'a Contender,
+    /// What is done.
+    pub plan: &'a Plan,
+    /// For lines and logs.
+    pub folder: &'a Path,
+    /// Called after every cycle.
+    pub done: P,
+}
+
+impl<P: Fn() + Sync> InSizeClass for Pil<'_, P> {
+    type Output = Result<Outcome, PilError>;
+
+    fn run<T: SimScalar, const NX: usize, const NU: usize, const NY: usize>(self) -> Self::Output {
+        threads().install(|| match self.contender.merging {
+            Merging::Single => self.with::<T, NX, NU, NY, 1>(),
+            Merging::Imm | Merging::Gpb2 => self.with::<T, NX, NU, NY, { LONGEST_SEQUENCE + 1 }>(),
+        })
+    }
+}
+
+impl<P: Fn() + Sync> Pil<'_, P> {
+    fn with<T: SimScalar, const NX: usize, const NU: usize, const NY: usize, const E: usize>(
+        &self,
+    ) -> Result<Outcome, PilError> {
+        let Self { design, contender, plan, folder, done } = self;
+        let fitted = Fitted::<T, NX, NU, NY>::new(design, contender);
+        fitted.design()?;
+        let run_plan = RunPlan { steps: plan.cycles, seed: plan.seed, run: 0 };
+        let mut undisturbed = Vec::with_capacity(plan.cycles);
+        let host = run(&fitted, contender, run_plan, |snapshot| undisturbed.push(*snapshot.state));
+
+        let boards = Boards {
+            setups: &plan.setups,
+            folder,
+            restarts: &plan.restarts,
+            dimensions: Dimensions {
+                scalar: T::BYTES.into(),
+                inputs: [design.plant.inputs(), NU],
+                outputs: [design.plant.outputs(), NY],
+            },
+            tracked: design.tracking.as_ref().map_or(0, |tracking| tracking.outputs()),
+        };
+        let twin = CoreEnds::<T, NX, NU, NY, E>::new(&fitted, contender);
+        let mut ends = BoardEnds::start(&fitted, twin, boards)?;
+        let mut network = Network::new(contender, fitted.carrier(), plan.seed, 0);
+        let mut states = Vec::with_capacity(plan.cycles);
+        let mut all_finite = true;
+        let result = run_ends(&fitted, contender, run_plan, &mut network, &mut ends, |snapshot| {
+            states.push(*snapshot.state);
+            all_finite &= snapshot.input.iter().all(|value| value.is_finite());
+            done();
+        })?;
+        let status = ends.status()?;
+        Ok(Outcome {
+            name: design.name.clone(),
+            sequence_length: contender.laws[0].length,
+            cycles: plan.cycles,
+            seed: plan.seed,
+            board: plan.setups[0].board,
+            transport: plan.setups[0].transport,
+            host_cost: host.cost,
+            board_cost: result.cost,
+            diverged: result.diverged,
+            all_finite,
+            sent: result.sent,
+            difference: ends.difference.take(),
+            recoveries: outcome::recoveries(&plan.restarts, &undisturbed, &states),
+            instructions: plan.setups[0]
+                .counts
+                .then(|| Instructions::of(&ends.durations, plan.setups[0].board)),
+            controller: status[0],
+            actuator: status[1],
+        })
+    }
+}

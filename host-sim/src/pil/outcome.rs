@@ -1,0 +1,228 @@
+//! What a run with boards came to, as text and as JSON.
+
+use super::{
+    difference::Difference,
+    emulator::{Board, Transport},
+    ends::Durations,
+    remote::name,
+    restart::Restart,
+};
+use nalgebra::SVector;
+use serde_json::{Value, json};
+use slqg::wire::Status;
+use std::fmt::Write;
+
+/// Cycles that the state must stay near that of the undisturbed run to count as recovered.
+const CALM: usize = 10;
+
+/// What a run came to.
+#[derive(Debug, Clone)]
+pub struct Outcome {
+    /// Name of the design.
+    pub name: String,
+    /// Inputs per sequence.
+    pub sequence_length: usize,
+    /// Cycles run.
+    pub cycles: usize,
+    /// Seed of all random numbers.
+    pub seed: u64,
+    /// The boards.
+    pub board: Board,
+    /// The lines to them.
+    pub transport: Transport,
+    /// Cost of the run without boards, and without restarts.
+    pub host_cost: f64,
+    /// Cost of the run with the boards.
+    pub board_cost: f64,
+    /// Whether the state left all bounds.
+    pub diverged: bool,
+    /// Whether every applied input was finite.
+    pub all_finite: bool,
+    /// Control frames sent.
+    pub sent: usize,
+    /// The first difference between boards and simulator, if there is any.
+    pub difference: Option<Difference>,
+    /// What became of the loop after each restart.
+    pub recoveries: Vec<Recovery>,
+    /// What the controller's cycles cost, where instructions were counted.
+    pub instructions: Option<Instructions>,
+    /// The controller node at the end.
+    pub controller: Status,
+    /// The actuator node at the end.
+    pub actuator: Status,
+}
+
+/// What became of the loop after a restart.
+#[derive(Debug, Clone)]
+pub struct Recovery {
+    /// Which.
+    pub restart: Restart,
+    /// Cycles from the node's return until the state is, for ten cycles, nearer to that of the undisturbed run than the standard
+    /// deviation of that; `None` if that does not come before the next restart.
+    pub cycles: Option<usize>,
+}
+
+/// Instructions of the controller's cycles, frames taken in included.
+#[derive(Debug, Clone, Copy)]
+pub struct Instructions {
+    /// Of a cycle in the mean.
+    pub mean: f64,
+    /// Of the longest cycle.
+    pub longest: f64,
+}
+
+impl Instructions {
+    pub(super) fn of(durations: &Durations, board: Board) -> Self {
+        let instructions = |ticks: f64| ticks / board.ticks_per_instruction();
+        Self {
+            mean: instructions(durations.total as f64 / f64::from(durations.cycles.max(1))),
+            longest: instructions(f64::from(durations.longest)),
+        }
+    }
+}
+
+/// When the state was near that of the undisturbed run again.
+pub(super) fn recoveries<const NX: usize>(
+    restarts: &[Restart],
+    undisturbed: &[SVector<f64, NX>],
+    states: &[SVector<f64, NX>],
+) -> Vec<Recovery> {
+    let count = undisturbed.len().max(1) as f64;
+    let mean = undisturbed.iter().sum::<SVector<f64, NX>>() / count;
+    let variance = |row: usize| undisturbed.iter().map(|x| (x[row] - mean[row]).powi(2)).sum::<f64>() / count;
+    let deviation = SVector::<f64, NX>::from_fn(|row, _| variance(row).sqrt());
+    let is_near = |cycle: &usize| {
+        (0..NX).all(|row| (states[*cycle][row] - undisturbed[*cycle][row]).abs() <= deviation[row])
+    };
+    let next = restarts.iter().skip(1).map(|restart| restart.away.start).chain([states.len()]);
+    restarts
+        .iter()
+        .zip(next)
+        .map(|(restart, end)| {
+            let after = restart.away.end.min(end)..end;
+            let mut calm = 0;
+            let last = after.clone().find(|cycle| {
+                calm = if is_near(cycle) { calm + 1 } else { 0 };
+                calm == CALM
+            });
+            let cycles = last.map(|cycle| cycle + 1 - CALM - after.start);
+            Recovery { restart: restart.clone(), cycles }
+        })
+        .collect()
+}
+
+impl Outcome {
+    /// Whether boards and simulator agree to the bit, and nothing went wrong.
+    pub fn is_good(&self) -> bool {
+        self.difference.is_none() && self.all_finite && !self.diverged
+    }
+
+    /// For people.
+    pub fn text(&self) -> String {
+        let mut text = format!(
+            "{}, N = {}, {} cycles, seed {}, two boards {} over {}\n",
+            self.name,
+            self.sequence_length,
+            self.cycles,
+            self.seed,
+            self.board.name(),
+            self.transport.name()
+        );
+        let mut line = |name: &str, value: String| {
+            // Writing to a string does not fail.
+            let _ = writeln!(text, "  {name:<22} {value}");
+        };
+        match &self.difference {
+            None => {
+                line("boards and simulator", "every frame and every applied input equal, to the bit".into())
+            }
+            Some(Difference { cycle, what, host, board }) => {
+                line("FIRST DIFFERENCE", format!("cycle {cycle}, {what}"));
+                line("  simulator", host.clone());
+                line("  board", board.clone());
+            }
+        }
+        line("cost", format!("{:.6} with the boards, {:.6} without", self.board_cost, self.host_cost));
+        line("control frames", format!("{} in {} cycles", self.sent, self.cycles));
+        if self.diverged {
+            line("STATE", "left all bounds".into());
+        }
+        if !self.all_finite {
+            line("INPUT", "not finite".into());
+        }
+        if !self.recoveries.is_empty() {
+            line("restarts", self.recovered());
+        }
+        if let Some(Instructions { mean, longest }) = self.instructions {
+            line("controller's cycle", format!("{mean:.0} instructions in the mean, {longest:.0} at most"));
+        }
+        for status in [&self.controller, &self.actuator] {
+            let Status { stack, variables, rejected, overruns, .. } = status;
+            line(
+                name(status.role),
+                format!(
+                    "RAM {} bytes (stack {stack}, variables {variables}); frames refused {rejected}, lost {overruns}",
+                    stack + variables
+                ),
+            );
+        }
+        text
+    }
+
+    fn recovered(&self) -> String {
+        let mut cycles: Vec<usize> = self.recoveries.iter().filter_map(|recovery| recovery.cycles).collect();
+        cycles.sort_unstable();
+        let all = self.recoveries.len();
+        match cycles.as_slice() {
+            [] => format!("{all}, the loop recovered from none of them before the next"),
+            [.., most] => format!(
+                "{all}; the loop recovered from {} of them, within {} cycles in the median, {most} at most",
+                cycles.len(),
+                cycles[cycles.len() / 2]
+            ),
+        }
+    }
+
+    /// For programs.
+    pub fn json(&self) -> Value {
+        let status = |status: &Status| {
+            json!({
+                "cycles": status.cycles, "realigned": status.realigned, "rejected": status.rejected,
+                "overruns": status.overruns, "stack": status.stack, "variables": status.variables,
+            })
+        };
+        let recovery = |recovery: &Recovery| {
+            json!({
+                "node": name(recovery.restart.role), "killed": recovery.restart.away.start,
+                "back": recovery.restart.away.end, "recovered_within": recovery.cycles,
+            })
+        };
+        json!({
+            "name": self.name, "sequence_length": self.sequence_length, "cycles": self.cycles, "seed": self.seed,
+            "board": self.board.name(), "transport": self.transport.name(),
+            "identical": self.difference.is_none(), "first_difference": self.difference,
+            "host_cost": self.host_cost, "board_cost": self.board_cost,
+            "diverged": self.diverged, "all_finite": self.all_finite, "sent": self.sent,
+            "restarts": self.recoveries.iter().map(recovery).collect::<Vec<_>>(),
+            "instructions": self.instructions.map(|count| json!({ "mean": count.mean, "longest": count.longest })),
+            "controller": status(&self.controller), "actuator": status(&self.actuator),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use slqg::wire::Role;
+
+    #[test]
+    fn recovery_counts_from_the_return_to_the_first_of_ten_calm_cycles() {
+        let undisturbed: Vec<_> = (0..100).map(|cycle| SVector::from([f64::from(cycle % 2)])).collect();
+        let mut states = undisturbed.clone();
+        states[20..33].iter_mut().for_each(|state| state[0] += 5.0);
+        let restart = |away| Restart { role: Role::Controller, away };
+        let found = recoveries(&[restart(20..30), restart(95..98)], &undisturbed, &states);
+        assert_eq!(found[0].cycles, Some(3));
+        assert_eq!(found[1].cycles, None, "the run ends before ten cycles are over");
+    }
+}

@@ -1,0 +1,190 @@
+//! A node on a board: frames to it, frames from it, and how long to wait for them.
+
+use super::emulator::{Emulator, Line, Setup};
+use crate::size_class::SimScalar;
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use slqg::{
+    Tick,
+    wire::{
+        self, Clock, Kind, Question, Role, Status,
+        serial::{Unstuffer, stuff, stuffed_len},
+    },
+};
+use std::{
+    collections::VecDeque,
+    io::{self, Read, Write},
+    path::{Path, PathBuf},
+};
+
+/// Longest frame from a node.
+const LONGEST: usize = 4096;
+/// Seconds of silence after which a node is held for dead.
+const PATIENCE_SECONDS: i64 = 30;
+
+/// Why a node has stopped.
+#[derive(Debug, thiserror::Error)]
+pub enum NodeFailure {
+    /// It does not start, or its line is gone.
+    #[error("the {} node: {reason}; its log: {}", name(*role), log.display())]
+    Line {
+        /// Which node.
+        role: Role,
+        /// What went wrong.
+        reason: io::Error,
+        /// Where its log is.
+        log: PathBuf,
+    },
+    /// It says nothing.
+    #[error("the {} node has been silent for {PATIENCE_SECONDS} s in cycle {cycle}; its log: {}", name(*role), log.display())]
+    Silent {
+        /// Which node.
+        role: Role,
+        /// The cycle it was told.
+        cycle: u32,
+        /// Where its log is.
+        log: PathBuf,
+    },
+    /// What it says cannot be read.
+    #[error("the {} node in cycle {cycle}: {reason}", name(*role))]
+    Frame {
+        /// Which node.
+        role: Role,
+        /// The cycle it was told.
+        cycle: u32,
+        /// What is wrong.
+        reason: String,
+    },
+}
+
+/// As it is called on the command line.
+pub fn name(role: Role) -> &'static str {
+    match role {
+        Role::Controller => "controller",
+        Role::Actuator => "actuator",
+    }
+}
+
+/// A node that runs.
+pub(super) struct Remote {
+    role: Role,
+    emulator: Emulator,
+    line: Line,
+    unstuffer: Box<Unstuffer<LONGEST>>,
+    /// Bytes for the node that have not been written.
+    to_send: Vec<u8>,
+    /// Frames from the node that have not been asked for.
+    received: VecDeque<Vec<u8>>,
+    cycle: u32,
+    log: PathBuf,
+}
+
+impl Remote {
+    /// Starts the board, waits until its node says that it is there, and tells it that cycle `tick` comes next.
+    pub(super) fn start<T: SimScalar>(
+        setup: &Setup,
+        role: Role,
+        folder: &Path,
+        tick: Tick,
+    ) -> Result<Self, NodeFailure> {
+        let log = folder.join(format!("{}.log", name(role)));
+        let (emulator, line) = Emulator::start(setup, folder, name(role))
+            .map_err(|reason| NodeFailure::Line { role, reason, log: log.clone() })?;
+        let mut node = Self {
+            role,
+            emulator,
+            line,
+            unstuffer: Box::default(),
+            to_send: vec![0],
+            received: VecDeque::new(),
+            cycle: 0,
+            log,
+        };
+        let hello = node.wait_for(Kind::Status)?;
+        let status = node.read(|frame| wire::decode_service::<T, Status>(frame), &hello)?.1;
+        if status.role != role {
+            return Err(node.damaged(format!("it says that it is the {}", name(status.role))));
+        }
+        node.clock::<T>(tick, false);
+        Ok(node)
+    }
+
+    fn clock<T: SimScalar>(&mut self, tick: Tick, begins: bool) {
+        let mut buffer = [0; wire::LONGEST_SERVICE];
+        let clock = wire::encode_service::<T, _>(tick, &Clock { begins, period_us: 0 }, &mut buffer);
+        self.send(clock.expect("there is room"));
+    }
+
+    /// Puts a frame in the queue for the node.
+    pub(super) fn send(&mut self, frame: &[u8]) {
+        let mut buffer = vec![0; stuffed_len(frame.len())];
+        self.to_send.extend(stuff(frame, &mut buffer).expect("the buffer is as long as asked for"));
+    }
+
+    /// Tells the node that a cycle begins, for which it waits, and returns the frames that come of it: the last one is of
+    /// kind `last`.
+    pub(super) fn step<T: SimScalar>(&mut self, tick: Tick, last: Kind) -> Result<Vec<Vec<u8>>, NodeFailure> {
+        self.cycle = tick.0;
+        self.clock::<T>(tick, true);
+        let end = self.wait_for(last)?;
+        let mut frames: Vec<_> = self.received.drain(..).collect();
+        frames.push(end);
+        Ok(frames)
+    }
+
+    /// Asks the node how it is.
+    pub(super) fn status<T: SimScalar>(&mut self) -> Result<Status, NodeFailure> {
+        let mut buffer = [0; wire::LONGEST_SERVICE];
+        let question = wire::encode_service::<T, _>(Tick(0), &Question {}, &mut buffer);
+        self.send(question.expect("there is room"));
+        let frame = self.wait_for(Kind::Status)?;
+        Ok(self.read(|frame| wire::decode_service::<T, Status>(frame), &frame)?.1)
+    }
+
+    /// Writes what is queued, and waits for a frame of this kind; those before it are kept.
+    fn wait_for(&mut self, kind: Kind) -> Result<Vec<u8>, NodeFailure> {
+        self.line.input.write_all(&self.to_send).map_err(|reason| self.broken(reason))?;
+        self.to_send.clear();
+        let mut chunk = [0; 1024];
+        loop {
+            let timeout = Timespec { tv_sec: PATIENCE_SECONDS, tv_nsec: 0 };
+            let ready = poll(&mut [PollFd::new(&self.line.output, PollFlags::IN)], Some(&timeout));
+            if ready.map_err(|reason| self.broken(reason.into()))? == 0 {
+                return Err(match self.emulator.last_words() {
+                    Some(words) => self.broken(io::Error::other(words)),
+                    None => NodeFailure::Silent { role: self.role, cycle: self.cycle, log: self.log.clone() },
+                });
+            }
+            let count = self.line.output.read(&mut chunk).map_err(|reason| self.broken(reason))?;
+            if count == 0 {
+                let words = self.emulator.last_words().unwrap_or_else(|| "its line is closed".to_owned());
+                return Err(self.broken(io::Error::other(words)));
+            }
+            for byte in &chunk[..count] {
+                if let Some(frame) = self.unstuffer.take(*byte) {
+                    self.received.push_back(frame.to_vec());
+                }
+            }
+            if self.received.back().is_some_and(|frame| Kind::of(frame) == Some(kind)) {
+                return Ok(self.received.pop_back().unwrap_or_default());
+            }
+        }
+    }
+
+    /// What `read` makes of a frame from this node.
+    pub(super) fn read<V, E: std::fmt::Display>(
+        &self,
+        read: impl FnOnce(&[u8]) -> Result<V, E>,
+        frame: &[u8],
+    ) -> Result<V, NodeFailure> {
+        read(frame).map_err(|error| self.damaged(error.to_string()))
+    }
+
+    /// A frame that cannot be right.
+    pub(super) fn damaged(&self, reason: String) -> NodeFailure {
+        NodeFailure::Frame { role: self.role, cycle: self.cycle, reason }
+    }
+
+    fn broken(&self, reason: io::Error) -> NodeFailure {
+        NodeFailure::Line { role: self.role, reason, log: self.log.clone() }
+    }
+}
