@@ -7,7 +7,12 @@
 //! | `SLQG_DEFAULT_INPUT` | `zero` or `hold` | as in the design |
 //! | `SLQG_BOARD` | a folder of `boards/` | by the target |
 
-use gain_gen::{build::Compile, design::Design, emit::design_id};
+use gain_gen::{
+    build::Compile,
+    design::{Design, DeviceScalar},
+    emit::design_id,
+    joining::joining_covariance,
+};
 use slqg::DefaultInput;
 use std::{
     env, fs,
@@ -67,8 +72,38 @@ fn compile_design() {
         design_id(&design).0,
         or_zero("TRACKED_OUTPUTS"),
         or_zero("PREVIEW_SAMPLES"),
-    );
+    ) + &joining_model(&design);
     fs::write(folder("OUT_DIR").join("dimensions.rs"), dimensions).expect("OUT_DIR can be written");
+}
+
+/// The plant as it is for a controller that joins a loop that runs.
+fn joining_model(design: &Design) -> String {
+    let covariance = joining_covariance(&design.plant, design.controller.measurement_buffer);
+    let number = |value: &f64| match design.controller.scalar {
+        // The nearest one, as the simulator has it.
+        DeviceScalar::F32 => format!("{:e}", *value as f32),
+        DeviceScalar::F64 => format!("{value:e}"),
+    };
+    let columns: Vec<String> = covariance
+        .column_iter()
+        .map(|column| format!("[{}]", column.iter().map(number).collect::<Vec<_>>().join(", ")))
+        .collect();
+    format!(
+        "/// The plant with what is known of its state by a controller that joins a loop that runs.\n\
+         pub static JOINING: slqg::estimator::Model<\n\
+             super::design::Scalar, {{ super::design::STATES }}, {{ super::design::INPUTS }}, \
+             {{ super::design::OUTPUTS }},\n\
+         > = slqg::estimator::Model {{\n\
+             initial_mean: slqg::nalgebra::SMatrix::from_array_storage(slqg::nalgebra::ArrayStorage([\n\
+                 [0.0; super::design::STATES],\n\
+             ])),\n\
+             initial_covariance: slqg::nalgebra::SMatrix::from_array_storage(slqg::nalgebra::ArrayStorage([\n\
+                 {},\n\
+             ])),\n\
+             ..super::design::MODEL\n\
+         }};\n",
+        columns.join(", ")
+    )
 }
 
 /// Puts the board's memory map where the linker looks, and asks for cortex-m-rt's `link.x`, which includes it.

@@ -6,6 +6,7 @@ pub mod design;
 pub mod discretise;
 pub mod emit;
 pub mod estimation;
+pub mod joining;
 pub mod lengths;
 pub mod margins;
 pub mod report;

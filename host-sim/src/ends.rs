@@ -6,14 +6,14 @@
 use crate::{
     contender::Contender,
     decision::Decision,
-    fitted::Fitted,
+    fitted::{Fitted, Unfit},
     size_class::{LONGEST_SEQUENCE, MEMORY, SimScalar},
 };
 use nalgebra::{SMatrix, SVector};
 use slqg::{
     Tick,
     actuator::{Actuator, Applied},
-    controller::Controller,
+    controller::{Controller, Design},
     wire,
 };
 use std::convert::Infallible;
@@ -78,16 +78,16 @@ impl<'f, T: SimScalar, const NX: usize, const NU: usize, const NY: usize, const 
         Self {
             fitted,
             contender,
-            controller: controller(fitted, contender, Tick(0)),
+            controller: controller(fitted.design(), contender, Tick(0)),
             decision: Decision::new(fitted),
             actuator: actuator(fitted, Tick(0)),
             frame: vec![0; frame_capacity::<T>(NU, NY)],
         }
     }
 
-    /// The controller has lost its memory and begins anew with cycle `tick`.
+    /// The controller has lost its memory and begins anew with cycle `tick`, as one that joins a loop that runs.
     pub fn restart_controller(&mut self, tick: Tick) {
-        self.controller = controller(self.fitted, self.contender, tick);
+        self.controller = controller(self.fitted.joining_design(), self.contender, tick);
         self.decision = Decision::new(self.fitted);
     }
 
@@ -98,11 +98,11 @@ impl<'f, T: SimScalar, const NX: usize, const NU: usize, const NY: usize, const 
 }
 
 fn controller<'f, T: SimScalar, const NX: usize, const NU: usize, const NY: usize, const E: usize>(
-    fitted: &'f Fitted<T, NX, NU, NY>,
+    design: Result<Design<'f, T, NX, NU, NY>, Unfit>,
     contender: &Contender,
     tick: Tick,
 ) -> Controller<'f, T, NX, NU, NY, LONGEST_SEQUENCE, MEMORY, E> {
-    let design = fitted.design().expect("checked before the first run");
+    let design = design.expect("checked before the first run");
     let mut controller =
         Controller::new(design, tick).expect("every law that fits the size class fits the controller");
     controller.round_age(contender.rounds_age);

@@ -12,8 +12,10 @@ pub trait Board {
     /// Puts an input to the plant. The boards here have no output that would drive one; the frame that tells the host of it
     /// takes its place.
     fn apply(&mut self, _applied: &Applied<Scalar, INPUTS>) {}
-    /// Ticks of a clock that counts up and wraps.
+    /// Ticks of the board's clock, which wraps somewhere.
     fn ticks(&self) -> u32;
+    /// Ticks from `begin` until now; right for spans up to a control cycle.
+    fn elapsed(&self, begin: u32) -> u32;
     /// What memory and queues have come to.
     fn usage(&self) -> Usage;
     /// Something that whoever looks after the node wants to know.

@@ -69,8 +69,12 @@ impl<const STUFFED: usize> Board for Files<STUFFED> {
     fn restart_period(&mut self) {}
 
     fn ticks(&self) -> u32 {
-        // Counts down; a difference of two wraps at 2^24, which is the caller's 2^32 after the shift.
-        0_u32.wrapping_sub(SYST::get_current())
+        // It counts down.
+        RELOAD - SYST::get_current()
+    }
+
+    fn elapsed(&self, begin: u32) -> u32 {
+        self.ticks().wrapping_sub(begin) & RELOAD
     }
 
     fn usage(&self) -> Usage {

@@ -3,11 +3,12 @@
 use crate::board::{self, Board};
 use crate::clock::{Begin, Count};
 use crate::design::{self, DESIGN, INPUTS, OUTPUTS, SEQUENCE_LENGTH, Scalar};
-use crate::dimensions::TRACKED_OUTPUTS;
+use crate::dimensions::{JOINING, TRACKED_OUTPUTS};
 use crate::health::Health;
 use crate::reference::{PER_FRAME, Window};
 use slqg::{
     Scalar as _, Tick,
+    controller::Design,
     wire::{self, Clock, Kind, Ran, Role},
 };
 
@@ -85,7 +86,7 @@ impl board::Node for Node {
         if !taken {
             self.health.rejected(frame, board);
         }
-        self.taking = self.taking.wrapping_add(board.ticks().wrapping_sub(begin));
+        self.taking = self.taking.wrapping_add(board.elapsed(begin));
     }
 
     fn period_over(&mut self, board: &mut impl Board) {
@@ -114,8 +115,11 @@ impl Node {
     /// Begins anew with cycle `tick`: of what was sent before, nothing is known to be right any more.
     fn align(&mut self, tick: Tick, board: &mut impl Board) {
         self.health.aligned(self.controller.is_none(), tick, board);
+        // Cycle 0 begins with the design's initial state. In any other the loop has been running, and may be anywhere.
+        let is_start = tick == Tick(0);
+        let design = if is_start { DESIGN } else { Design { model: &JOINING, ..DESIGN } };
         // The generator has checked the design.
-        self.controller = design::Controller::new(DESIGN, tick).ok();
+        self.controller = design::Controller::new(design, tick).ok();
     }
 
     fn cycle(&mut self, board: &mut impl Board) {
@@ -132,7 +136,7 @@ impl Node {
         if let Some(sequence) = sequence {
             board.send(sequence);
         }
-        let duration = self.taking.wrapping_add(board.ticks().wrapping_sub(begin));
+        let duration = self.taking.wrapping_add(board.elapsed(begin));
         self.taking = 0;
         self.health.ran();
         if let Ok(frame) = wire::encode_service::<Scalar, _>(tick, &Ran { sent, duration }, &mut self.frame) {

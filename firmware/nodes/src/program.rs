@@ -115,6 +115,10 @@ impl<const STUFFED: usize> Board for Machine<STUFFED> {
         ROUNDS_OVER.load(Ordering::Relaxed).wrapping_mul(RELOAD).wrapping_sub(SYST::get_current())
     }
 
+    fn elapsed(&self, begin: u32) -> u32 {
+        self.ticks().wrapping_sub(begin)
+    }
+
     fn usage(&self) -> Usage {
         let queues = critical_section::with(|cs| LINE.borrow_ref(cs).overruns);
         Usage { overruns: queues.saturating_add(self.lost), ..memory::usage() }

@@ -1,7 +1,10 @@
 //! What both ends are told beside the tables: plant model, actuator, grids of a bus; padded to the size class.
 
 use crate::{contender::Kind, plant::padded};
-use gain_gen::design::{Design, Steps};
+use gain_gen::{
+    design::{Design, Steps},
+    joining::joining_covariance,
+};
 use nalgebra::{DMatrix, SMatrix, SVector};
 use slqg::{
     DefaultInput, Scalar,
@@ -33,6 +36,14 @@ pub(super) fn model<T: Scalar, const NX: usize, const NU: usize, const NY: usize
         initial_mean: cast(&padded(&mean)),
         initial_covariance: cast(&padded(&plant.initial_covariance)),
     }
+}
+
+/// The plant for a controller that joins a loop that runs.
+pub(super) fn joining<T: Scalar, const NX: usize, const NU: usize, const NY: usize>(
+    design: &Design,
+) -> Model<T, NX, NU, NY> {
+    let covariance = joining_covariance(&design.plant, design.controller.measurement_buffer);
+    Model { initial_mean: SVector::zeros(), initial_covariance: cast(&padded(&covariance)), ..model(design) }
 }
 
 pub(super) fn actuator<T: Scalar, const NU: usize>(

@@ -13,7 +13,7 @@ use crate::{
     plant::TruePlant,
     size_class::{MEMORY, SimScalar},
 };
-use ends::{actuator, grid, model};
+use ends::{actuator, grid, joining, model};
 use gain_gen::design::Design;
 use nalgebra::{DVector, SVector};
 use slqg::{
@@ -80,6 +80,8 @@ pub struct Fitted<T: Scalar, const NX: usize, const NU: usize, const NY: usize> 
     reference: Vec<SVector<T, NX>>,
     foresight: Foresight,
     model: Model<T, NX, NU, NY>,
+    /// The same for a controller that joins a loop that runs.
+    joining: Model<T, NX, NU, NY>,
     actuator: Settings<T, NU>,
     measurement_buffer: usize,
     acknowledgement_buffer: usize,
@@ -139,6 +141,7 @@ impl<T: SimScalar, const NX: usize, const NU: usize, const NY: usize> Fitted<T, 
             reference: contender.reference.iter().map(vector).collect(),
             foresight: contender.foresight,
             model: model(design),
+            joining: joining(design),
             actuator: actuator(design, first.default_input),
             measurement_buffer: contender.measurement_buffer,
             acknowledgement_buffer: contender.acknowledgement_buffer.min(MEMORY - 1),
@@ -225,6 +228,14 @@ impl<T: SimScalar, const NX: usize, const NU: usize, const NY: usize> Fitted<T, 
             merging: self.merging,
             grid: self.grid,
         })
+    }
+
+    /// The same for a controller that joins a loop that runs, whose state it does not know.
+    ///
+    /// # Errors
+    /// As [`Fitted::design`].
+    pub fn joining_design(&self) -> Result<controller::Design<'_, T, NX, NU, NY>, Unfit> {
+        Ok(controller::Design { model: &self.joining, ..self.design()? })
     }
 
     /// The reference from cycle 0 on, and how many samples after the current cycle are known; none is followed, or it was
