@@ -5,6 +5,10 @@
 //! cycle `k-1` and earlier among it, and sends `U_k`; the actuator takes what has arrived and applies its input. An
 //! acknowledgement with a delay of 0 is there before the next cycle, as an instant one is always.
 
+mod record;
+
+pub use record::{Arrival, CycleRecord, Snapshot};
+
 use crate::{
     contender::Contender,
     ends::{CoreEnds, Ends, frame_capacity},
@@ -13,15 +17,12 @@ use crate::{
     plant::PlantRun,
     size_class::{LONGEST_SEQUENCE, SimScalar},
 };
-use nalgebra::{SMatrix, SVector};
+use gain_gen::design::Acknowledgement;
+use record::Arrivals;
 use slqg::{
     Tick,
     estimator::Merging,
     wire::{self, Measurement},
-};
-use slqg_links::{
-    loop_bus::{LoopBus, Role},
-    path::Fate,
 };
 
 /// State beyond this many times its initial or noise scale counts as diverged.
@@ -40,81 +41,6 @@ pub struct RunResult {
     pub age_sum: usize,
     /// Frames that either end refused.
     pub rejected: u64,
-}
-
-/// One cycle of a run, for pictures.
-#[derive(Debug, Clone, PartialEq)]
-pub struct CycleRecord {
-    /// True state.
-    pub state: Vec<f64>,
-    /// The controller's estimate of it.
-    pub estimate: Vec<f64>,
-    /// Standard deviation of its error, as the controller has it.
-    pub deviation: Vec<f64>,
-    /// Input applied.
-    pub input: Vec<f64>,
-    /// Tracked output and what it is to be; empty where nothing is tracked.
-    pub tracked: Vec<(f64, f64)>,
-    /// Age of the sequence the input came from; `None` for the default input.
-    pub age: Option<usize>,
-    /// What became of the control frame; `None` if none was sent.
-    pub control_frame: Option<Fate>,
-    /// What became of the measurement frame; `None` in the first cycle, which has none.
-    pub measurement_frame: Option<Fate>,
-}
-
-impl CycleRecord {
-    /// Fills in what became of frames that were on a bus, where that was decided later than they were sent.
-    pub fn learn_fates(&mut self, bus: Option<&LoopBus>, cycle: usize) {
-        let open =
-            [(Role::Control, &mut self.control_frame), (Role::Measurement, &mut self.measurement_frame)];
-        for (role, fate) in open {
-            let decided = bus.and_then(|bus| bus.fates(role).get(cycle).copied().flatten());
-            if let (Some(Fate::Open), Some(decided)) = (&fate, decided) {
-                *fate = Some(decided.map_or(Fate::Lost, Fate::Delayed));
-            }
-        }
-    }
-}
-
-/// One cycle of a run, as it happens, in the size class.
-#[derive(Debug, Clone, Copy)]
-pub struct Snapshot<'s, T: SimScalar, const NX: usize, const NU: usize> {
-    /// True state.
-    pub state: &'s SVector<f64, NX>,
-    /// The controller's estimate of it.
-    pub estimate: &'s SVector<T, NX>,
-    /// Covariance of its error, as the controller has it.
-    pub covariance: &'s SMatrix<T, NX, NX>,
-    /// Input applied.
-    pub input: &'s SVector<f64, NU>,
-    /// Tracked outputs and what they are to be.
-    pub tracked: Option<[SVector<f64, NX>; 2]>,
-    /// Age of the sequence the input came from; `None` for the default input.
-    pub age: Option<usize>,
-    /// What became of the control frame; `None` if none was sent.
-    pub control_frame: Option<Fate>,
-    /// What became of the measurement frame; `None` in the first cycle.
-    pub measurement_frame: Option<Fate>,
-}
-
-impl<T: SimScalar, const NX: usize, const NU: usize> Snapshot<'_, T, NX, NU> {
-    /// To keep.
-    pub fn to_record(&self) -> CycleRecord {
-        let pairs = |[z, reference]: [SVector<f64, NX>; 2]| -> Vec<_> {
-            z.iter().copied().zip(reference.iter().copied()).collect()
-        };
-        CycleRecord {
-            state: self.state.iter().copied().collect(),
-            estimate: self.estimate.iter().map(|value| value.widen()).collect(),
-            deviation: self.covariance.diagonal().iter().map(|value| value.widen().sqrt()).collect(),
-            input: self.input.iter().copied().collect(),
-            tracked: self.tracked.map(pairs).unwrap_or_default(),
-            age: self.age,
-            control_frame: self.control_frame,
-            measurement_frame: self.measurement_frame,
-        }
-    }
 }
 
 /// Which run to do.
@@ -190,6 +116,7 @@ pub fn run_ends<T: SimScalar, const NX: usize, const NU: usize, const NY: usize,
     let mut plant = PlantRun::new(&fitted.plant, seed, run);
     let scale = fitted.plant.scale();
     let mut frame = vec![0; frame_capacity::<T>(NU, NY)];
+    let mut arrivals = Arrivals::new(contender);
     let mut result = RunResult { cost: 0.0, diverged: false, sent: 0, age_sum: 0, rejected: 0 };
 
     for cycle in 0..steps {
@@ -201,14 +128,21 @@ pub fn run_ends<T: SimScalar, const NX: usize, const NU: usize, const NY: usize,
                 .expect("the buffer holds every frame");
             network.send_measurement(bytes)
         });
-        network.to_controller(|packet| ends.to_controller(packet));
+        arrivals.taken.clear();
+        network.to_controller(|packet| {
+            arrivals.note::<T, NU, NY>(packet);
+            ends.to_controller(packet);
+        });
         let sequence = ends.control(cycle, network.channel_states())?;
         let control_frame = network.send_control(sequence);
         result.sent += usize::from(control_frame.is_some());
 
-        network.to_actuator(|packet| ends.to_actuator(packet));
+        network.to_actuator(|packet| {
+            arrivals.note::<T, NU, NY>(packet);
+            ends.to_actuator(packet);
+        });
         let (applied, acknowledgement) = ends.play()?;
-        network.send_acknowledgement(acknowledgement);
+        let fate = network.send_acknowledgement(acknowledgement);
 
         let input = applied.input.map(|value| value.widen());
         let state = *plant.state();
@@ -224,6 +158,8 @@ pub fn run_ends<T: SimScalar, const NX: usize, const NU: usize, const NY: usize,
             age: applied.age.steps(),
             control_frame,
             measurement_frame,
+            acknowledgement_frame: fate.filter(|_| contender.acknowledgement != Acknowledgement::None),
+            arrivals: &arrivals.taken,
         });
         plant.step(&input);
         let size = plant.state().norm();

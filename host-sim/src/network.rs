@@ -135,14 +135,13 @@ impl<T: SimScalar, const NU: usize, const NY: usize> Network<T, NU, NY> {
     }
 
     /// Sends an acknowledgement frame, or lets the cycle pass without one.
-    pub fn send_acknowledgement(&mut self, frame: Option<&[u8]>) {
+    pub fn send_acknowledgement(&mut self, frame: Option<&[u8]>) -> Option<Fate> {
         match (frame, &mut self.ways[Role::Acknowledgement as usize]) {
-            (Some(frame), _) => {
-                self.send(Role::Acknowledgement, frame);
-            }
+            (Some(frame), _) => return Some(self.send(Role::Acknowledgement, frame)),
             (None, Way::Path(path)) => path.skip(),
             (None, _) => (),
         }
+        None
     }
 
     /// Ends the current cycle.

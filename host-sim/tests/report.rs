@@ -232,6 +232,50 @@ fn packets_are_drawn_where_some_are_late_and_named_where_none_is() {
     assert!(made.html.contains("Not drawn: lqg"));
 }
 
+/// The pendulum with acknowledgements over a link that delays, loses and, if it is to, doubles them.
+fn acknowledged_late(duplicates: &str) -> Made {
+    let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../designs/pendulum.toml");
+    let link = format!("acknowledgement = {{ delays = [0.5, 0.2, 0.1]{duplicates} }}");
+    let text = fs::read_to_string(path).expect("the design").replace("acknowledgement = \"instant\"", &link);
+    assert!(text.contains(&link));
+    let folder = tempfile::tempdir().expect("a folder");
+    let design = folder.path().join("late.toml");
+    fs::write(&design, text).expect("written");
+    make("run", design.to_str().expect("a path in UTF-8"), &["--controllers", "slqg,slqg-udp"])
+}
+
+#[test]
+fn acknowledgements_are_drawn_where_they_go_over_a_link() {
+    let of_a_link = acknowledged_late("");
+    let svg = &of_a_link.plots["packets-slqg.svg"];
+    assert!(
+        svg.contains("acknowledgements") && svg.matches("controller\n").count() == 2,
+        "two controller lines"
+    );
+    assert!(!svg.contains("copy made by the link"));
+    assert!(of_a_link.html.contains("An acknowledgement is used if"));
+    // One that sends none has no line for them, and neither has one that always has them in time.
+    assert!(!of_a_link.plots["packets-slqg-udp.svg"].contains("acknowledgements"));
+    let instant = make("run", "pendulum.toml", &["--controllers", "slqg"]);
+    assert!(!instant.plots["packets-slqg.svg"].contains("acknowledgements"));
+    assert!(!instant.html.contains("An acknowledgement is used if"));
+}
+
+#[test]
+fn copies_that_a_link_makes_are_drawn_and_named() {
+    let svg = &acknowledged_late(", duplicates = 0.3").plots["packets-slqg.svg"];
+    assert!(svg.contains("copy made by the link"));
+    // An arrow has one line, that of a copy several dashes.
+    let lines = |svg: &str| svg.matches("<polyline").count() + svg.matches("<line").count();
+    assert!(lines(svg) > 20 + lines(&acknowledged_late("").plots["packets-slqg.svg"]));
+}
+
+#[test]
+fn acknowledgements_on_a_bus_are_drawn_with_the_fate_that_was_decided_later() {
+    let svg = &make("run", "pendulum_can.toml", &[]).plots["packets-slqg.svg"];
+    assert!(svg.contains("acknowledgements"));
+}
+
 #[test]
 fn a_loop_that_diverges_is_drawn_too() {
     let made = make(

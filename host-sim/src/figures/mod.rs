@@ -1,16 +1,19 @@
-//! The thesis' figures, recomputed with this project's networks: `host-sim figures`. Figure 4.4, a single run, is in the
-//! report of `host-sim run`.
+//! The thesis' figures, recomputed with this project's networks: `host-sim figures`. And what `docs/comparison.md` shows.
 //!
 //! | file | what lives there |
 //! |---|---|
 //! | `mod` | which figures there are, and what each shows |
 //! | [`by_length`] | costs over the sequence length, for several controllers and networks |
 //! | [`cumulative`] | cost per step up to each step, over many runs |
+//! | [`single_run`] | one run over time, with and without preview |
+//! | [`paired`] | what other controllers cost more than `slqg`, run by run |
 //!
 //! Designs are the examples of the repository, compiled in.
 
 pub mod by_length;
 pub mod cumulative;
+pub mod paired;
+pub mod single_run;
 
 use crate::contender::Kind;
 use gain_gen::design::Design;
@@ -25,6 +28,8 @@ pub enum Figure {
     CostPerStep,
     /// 3.11: with and without acknowledgements.
     Unacknowledged,
+    /// 4.4: a single run that follows a reference, with and without preview.
+    SingleRun,
     /// 4.5: following a reference, with and without preview.
     Tracking,
     /// 5.3 and 5.4: sending what is worth it.
@@ -33,8 +38,14 @@ pub enum Figure {
 
 impl Figure {
     /// In the order of the thesis.
-    pub const ALL: [Self; 5] =
-        [Self::CostOverLength, Self::CostPerStep, Self::Unacknowledged, Self::Tracking, Self::EventTriggered];
+    pub const ALL: [Self; 6] = [
+        Self::CostOverLength,
+        Self::CostPerStep,
+        Self::Unacknowledged,
+        Self::SingleRun,
+        Self::Tracking,
+        Self::EventTriggered,
+    ];
 
     /// As on the command line and in names of files.
     pub const fn name(self) -> &'static str {
@@ -42,6 +53,7 @@ impl Figure {
             Self::CostOverLength => "3.9",
             Self::CostPerStep => "3.10",
             Self::Unacknowledged => "3.11",
+            Self::SingleRun => "4.4",
             Self::Tracking => "4.5",
             Self::EventTriggered => "5.3",
         }
@@ -53,6 +65,7 @@ impl Figure {
             Self::CostOverLength => "3.9: cost over the length of the sequences, double integrator",
             Self::CostPerStep => "3.10: mean cost per step up to step k, critical plant",
             Self::Unacknowledged => "3.11: with and without acknowledgements, double integrator",
+            Self::SingleRun => "4.4: a single run that follows a reference, pendulum",
             Self::Tracking => "4.5: cost of following a reference, pendulum",
             Self::EventTriggered => "5.3 and 5.4: sending what is worth it, pendulum",
         }
@@ -115,7 +128,7 @@ impl Figure {
                 let designs = [example!("pendulum_event"), example!("pendulum_event_bad")];
                 both(designs, &[Kind::Slqg, Kind::SlqgAlways, Kind::Deadband, Kind::Lqg], 10, 200, 200)
             }
-            Self::CostPerStep => None,
+            Self::CostPerStep | Self::SingleRun => None,
         }
     }
 }

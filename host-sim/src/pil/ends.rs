@@ -181,7 +181,7 @@ impl<T: SimScalar, const NX: usize, const NU: usize, const NY: usize, const E: u
 
     fn to_controller(&mut self, packet: &[u8]) {
         if let Some(node) = &mut self.nodes[Role::Controller as usize] {
-            node.send(&self.boards.dimensions.to_controller(packet));
+            node.send(&self.boards.dimensions.for_controller(packet));
             self.twin.to_controller(packet);
         }
     }
@@ -200,7 +200,7 @@ impl<T: SimScalar, const NX: usize, const NU: usize, const NY: usize, const E: u
         for frame in &frames {
             match Kind::of(frame) {
                 Some(Kind::Control) => {
-                    sent = Some(node.read(|frame| self.boards.dimensions.from_controller(frame), frame)?);
+                    sent = Some(node.read(|frame| self.boards.dimensions.of_controller(frame), frame)?);
                 }
                 Some(Kind::Ran) => {
                     let (_, ran) = node.read(wire::decode_service::<T, Ran>, frame)?;
@@ -220,7 +220,7 @@ impl<T: SimScalar, const NX: usize, const NU: usize, const NY: usize, const E: u
 
     fn to_actuator(&mut self, packet: &[u8]) {
         if let Some(node) = &mut self.nodes[Role::Actuator as usize] {
-            node.send(&self.boards.dimensions.to_actuator(packet));
+            node.send(&self.boards.dimensions.for_actuator(packet));
             self.twin.to_actuator(packet);
         }
     }
@@ -238,7 +238,7 @@ impl<T: SimScalar, const NX: usize, const NU: usize, const NY: usize, const E: u
         for frame in &frames {
             match Kind::of(frame) {
                 Some(Kind::Applied) => {
-                    let padded = node.read(|frame| self.boards.dimensions.applied(frame), frame)?;
+                    let padded = node.read(|frame| self.boards.dimensions.of_actuator(frame), frame)?;
                     applied = Some(node.read(wire::decode_applied::<T, NU>, &padded)?);
                 }
                 Some(Kind::Acknowledgement) => self.frame.clone_from(frame),

@@ -27,7 +27,7 @@ pub(super) struct Damaged;
 
 impl Dimensions {
     /// A frame that the controller takes, in its own dimensions.
-    pub(super) fn to_controller(self, frame: &[u8]) -> Vec<u8> {
+    pub(super) fn for_controller(self, frame: &[u8]) -> Vec<u8> {
         match Kind::of(frame) {
             Some(Kind::Measurement) => {
                 let [own, _] = self.outputs;
@@ -40,7 +40,7 @@ impl Dimensions {
     }
 
     /// A control frame from the controller, padded.
-    pub(super) fn from_controller(self, frame: &[u8]) -> Result<Vec<u8>, Damaged> {
+    pub(super) fn of_controller(self, frame: &[u8]) -> Result<Vec<u8>, Damaged> {
         let [own, padded] = self.inputs;
         let (head, values) = opened(frame)?.split_at_checked(HEADER + 2).ok_or(Damaged)?;
         let length = usize::from(head[HEADER + 1]);
@@ -58,7 +58,7 @@ impl Dimensions {
     }
 
     /// A control frame, padded, as the actuator takes it.
-    pub(super) fn to_actuator(self, frame: &[u8]) -> Vec<u8> {
+    pub(super) fn for_actuator(self, frame: &[u8]) -> Vec<u8> {
         let [own, padded] = self.inputs;
         let length = frame[HEADER + 1];
         let mut content = frame[..HEADER].to_vec();
@@ -71,7 +71,7 @@ impl Dimensions {
     }
 
     /// What a frame says was applied, padded.
-    pub(super) fn applied(self, frame: &[u8]) -> Result<Vec<u8>, Damaged> {
+    pub(super) fn of_actuator(self, frame: &[u8]) -> Result<Vec<u8>, Damaged> {
         let [own, padded] = self.inputs;
         let (head, values) = opened(frame)?.split_at_checked(HEADER + 2).ok_or(Damaged)?;
         if usize::from(head[HEADER + 1]) != own || values.len() != own * self.scalar {
@@ -119,7 +119,7 @@ mod tests {
         let padded = wire::encode_measurement(&Measurement { tick: Tick(7), output }, &mut padded).unwrap();
         let output = SVector::from([1.5_f32]);
         let own = wire::encode_measurement(&Measurement { tick: Tick(7), output }, &mut own).unwrap();
-        assert_eq!(DIMENSIONS.to_controller(padded), own);
+        assert_eq!(DIMENSIONS.for_controller(padded), own);
     }
 
     #[test]
@@ -128,13 +128,13 @@ mod tests {
         let mut own = [0; 64];
         let sequence = ControlSequence::<f32, 1, 4> { tick: Tick(9), inputs };
         let own = wire::encode_control(&sequence, &mut own).unwrap();
-        let padded = DIMENSIONS.from_controller(own).unwrap();
+        let padded = DIMENSIONS.of_controller(own).unwrap();
         let sequence = wire::decode_control::<f32, 2, 4>(&padded).unwrap();
         assert_eq!(sequence.inputs[2], SVector::from([3.0, 0.0]));
-        assert_eq!(DIMENSIONS.to_actuator(&padded), own);
+        assert_eq!(DIMENSIONS.for_actuator(&padded), own);
         let mut damaged = own.to_vec();
         damaged[10] ^= 1;
-        assert_eq!(DIMENSIONS.from_controller(&damaged), Err(Damaged));
+        assert_eq!(DIMENSIONS.of_controller(&damaged), Err(Damaged));
     }
 
     #[test]
@@ -142,7 +142,7 @@ mod tests {
         let applied = Applied { tick: Tick(3), input: SVector::from([-1.0_f32]), age: Age::Steps(2) };
         let mut own = [0; 64];
         let own = wire::encode_applied(&applied, &mut own).unwrap();
-        let padded = wire::decode_applied::<f32, 2>(&DIMENSIONS.applied(own).unwrap()).unwrap();
+        let padded = wire::decode_applied::<f32, 2>(&DIMENSIONS.of_actuator(own).unwrap()).unwrap();
         assert_eq!(padded.input, SVector::from([-1.0, 0.0]));
         assert_eq!(padded.age, Age::Steps(2));
     }

@@ -24,6 +24,7 @@ pub(crate) enum Swatch {
     Line(RGBColor),
     ThinLine,
     Dashes,
+    DashedLine(RGBColor),
     Band(RGBColor),
     Bar(RGBColor),
     Marked(Mark, RGBColor),
@@ -134,6 +135,9 @@ fn swatch(canvas: &Canvas<'_>, swatch: Swatch, x: f64, y: f64) -> Drawn {
         Swatch::Line(colour) => line(0.0, SWATCH, colour, 2.0),
         Swatch::ThinLine => line(0.0, SWATCH, INK, 0.75),
         Swatch::Dashes => [0.0, 8.0, 16.0].into_iter().try_for_each(|at| line(at, at + 5.0, INK, 1.5)),
+        Swatch::DashedLine(colour) => {
+            [0.0, 8.0, 16.0].into_iter().try_for_each(|at| line(at, at + 5.0, colour, 2.0))
+        }
         Swatch::Band(colour) => bar(colour, 0.25),
         Swatch::Bar(colour) => bar(colour, 1.0),
         Swatch::Marked(mark, colour) => {
