@@ -7,7 +7,7 @@ use std::time::Instant;
 use crate::qemu::Qemu;
 use crate::toolchain::Toolchain;
 use crate::workspace::Workspace;
-use crate::{Result, firmware, process};
+use crate::{Result, firmware, pil, process};
 
 /// `cargo xtask test`. Stops at the first failure.
 pub(crate) fn test(workspace: &Workspace) -> Result<()> {
@@ -36,6 +36,7 @@ pub(crate) fn test(workspace: &Workspace) -> Result<()> {
         built => Ok(built),
     })?;
     step("board against host", || firmware::compare(workspace, &qemu, &built))?;
+    step("boards in the loop", || pil::check(workspace))?;
     eprintln!("all checks passed in {:.0} s", start.elapsed().as_secs_f64());
     Ok(())
 }

@@ -17,6 +17,7 @@ mod distribution;
 mod firmware;
 mod nodes;
 mod packages;
+mod pil;
 mod process;
 mod qemu;
 mod size;
@@ -50,6 +51,8 @@ enum Task {
         #[command(flatten)]
         nodes: nodes::Options,
     },
+    /// Run controller and actuator on boards in QEMU for every kind of loop, and compare with the simulator bit by bit
+    Pil,
     /// Build the images for the reference board and show how much memory they take
     Size,
     /// Measure: ratios within one run, rates, or instructions
@@ -87,6 +90,7 @@ fn perform(task: &Task) -> Result<()> {
         Task::Test => checks::test(&workspace),
         Task::Firmware { nodes, .. } if nodes.design.is_some() => nodes::nodes(&workspace, nodes),
         Task::Firmware { run, .. } => firmware::firmware(&workspace, *run),
+        Task::Pil => pil::pil(&workspace),
         Task::Size => size::size(&workspace),
         Task::Bench { what: Bench::Gains } => {
             process::run(workspace.cargo().args(["bench", "--quiet", "-p", "gain-gen", "--bench", "gains"]))
