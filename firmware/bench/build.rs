@@ -18,6 +18,13 @@ fn main() {
     // The pendulum's force held where the design has it fall to zero.
     let pendulum_hold = Compile::new("../../designs/pendulum.toml").default_input(DefaultInput::Hold);
     pendulum_hold.name("pendulum_hold").run();
+    // Each step is counted for a short sequence and for a long one.
+    for design in ["double_integrator", "critical", "pendulum", "drive_tracking", "pendulum_event"] {
+        for length in [4, 8] {
+            let compile = Compile::new(format!("../../designs/{design}.toml"));
+            compile.sequence_length(length).name(format!("{design}_{length}")).run();
+        }
+    }
     if env::var("CARGO_CFG_TARGET_OS").as_deref() == Ok("none") {
         link_for_board();
     }

@@ -7,7 +7,7 @@ use std::time::Instant;
 use crate::qemu::Qemu;
 use crate::toolchain::Toolchain;
 use crate::workspace::Workspace;
-use crate::{Result, firmware, pil, process};
+use crate::{Result, firmware, panics, pil, process, target_bench};
 
 /// `cargo xtask test`. Stops at the first failure.
 pub(crate) fn test(workspace: &Workspace) -> Result<()> {
@@ -35,7 +35,9 @@ pub(crate) fn test(workspace: &Workspace) -> Result<()> {
         built if built.warned => Err("the compiler warns about code for the board".into()),
         built => Ok(built),
     })?;
+    step("no panic from received bytes", || panics::check(&built))?;
     step("board against host", || firmware::compare(workspace, &qemu, &built))?;
+    step("instruction counts", || target_bench::check(workspace, &qemu, &toolchain, &built))?;
     step("boards in the loop", || pil::check(workspace))?;
     eprintln!("all checks passed in {:.0} s", start.elapsed().as_secs_f64());
     Ok(())

@@ -12,11 +12,13 @@ use crate::workspace::Workspace;
 
 mod artifacts;
 mod checks;
+mod counts;
 mod demo;
 mod distribution;
 mod firmware;
 mod nodes;
 mod packages;
+mod panics;
 mod pil;
 mod process;
 mod qemu;
@@ -41,7 +43,7 @@ struct Cli {
 enum Task {
     /// Report on the example pendulum, simulate it over a lossy link, and say where the plots are
     Demo,
-    /// Run every check: format, lints, documentation, tests, cross build, board against host
+    /// Run every check: format, lints, documentation, tests, cross build, board against host, instruction counts
     Test,
     /// Build the images for the reference board, an Arm MPS2 with a Cortex-M4F; with --design both nodes for a design
     Firmware {
@@ -59,6 +61,9 @@ enum Task {
     Bench {
         /// What to measure
         what: Bench,
+        /// Also write what is counted to the file that `cargo xtask test` compares with
+        #[arg(long)]
+        update: bool,
     },
 }
 
@@ -69,7 +74,7 @@ enum Bench {
     Gains,
     /// Control cycles per second of the simulator, and how they grow from one thread to two
     Simulate,
-    /// Instructions of a controller's cycle on the reference board, as QEMU counts them
+    /// Instructions of a control cycle and each of its steps on the reference board, as QEMU counts them
     Target,
 }
 
@@ -86,17 +91,20 @@ fn main() -> ExitCode {
 fn perform(task: &Task) -> Result<()> {
     let workspace = Workspace::find()?;
     match task {
+        Task::Bench { what: Bench::Gains | Bench::Simulate, update: true } => {
+            Err("--update: only `bench target` has counts that are kept".into())
+        }
         Task::Demo => demo::demo(&workspace),
         Task::Test => checks::test(&workspace),
         Task::Firmware { nodes, .. } if nodes.design.is_some() => nodes::nodes(&workspace, nodes),
         Task::Firmware { run, .. } => firmware::firmware(&workspace, *run),
         Task::Pil => pil::pil(&workspace),
         Task::Size => size::size(&workspace),
-        Task::Bench { what: Bench::Gains } => {
+        Task::Bench { what: Bench::Gains, .. } => {
             process::run(workspace.cargo().args(["bench", "--quiet", "-p", "gain-gen", "--bench", "gains"]))
         }
         // With the profile that `host-sim` is run in.
-        Task::Bench { what: Bench::Simulate } => process::run(workspace.cargo().args([
+        Task::Bench { what: Bench::Simulate, .. } => process::run(workspace.cargo().args([
             "bench",
             "--quiet",
             "--profile",
@@ -106,6 +114,6 @@ fn perform(task: &Task) -> Result<()> {
             "--bench",
             "simulate",
         ])),
-        Task::Bench { what: Bench::Target } => target_bench::bench(&workspace),
+        Task::Bench { what: Bench::Target, update } => target_bench::bench(&workspace, *update),
     }
 }

@@ -4,6 +4,7 @@
 //! Nothing is random; the plant is pushed by a fixed pattern instead of noise. Which designs are run is said in
 //! [`crate::cases`].
 
+use crate::Time;
 use crate::scripted_link::{FRAME_CAPACITY, ScriptedLink};
 use crc::{CRC_32_ISCSI, Crc, Digest};
 use heapless::Vec;
@@ -88,22 +89,6 @@ pub struct Outcome {
     pub sent: u32,
     /// Time the controller took, by the clock that the run was given.
     pub time: Time,
-}
-
-/// Time of the controller's cycles, frames taken in included, in ticks of a clock.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Time {
-    /// Of all cycles together.
-    pub total: u64,
-    /// Of the longest one.
-    pub longest: u32,
-}
-
-impl Time {
-    fn add(&mut self, ticks: u32) {
-        self.total += u64::from(ticks);
-        self.longest = self.longest.max(ticks);
-    }
 }
 
 /// What becomes of the acknowledgements.

@@ -4,6 +4,8 @@
 //! |---|---|
 //! | `cases` | which designs are run |
 //! | `closed_loop` | controller, actuator and plant model, passing frames for 200 cycles |
+//! | `steps` | the same cycle step by step, each step timed |
+//! | `time` | time added up |
 //! | `scripted_link` | a link whose delays and losses are written down |
 //! | `board` | what only the board has: arguments, exit status, panics and faults |
 //!
@@ -16,9 +18,13 @@ pub mod board;
 mod cases;
 mod closed_loop;
 mod scripted_link;
+mod steps;
+mod time;
 
 pub use cases::{CASES, Case};
-pub use closed_loop::{CYCLES, Outcome, Time};
+pub use closed_loop::{CYCLES, Outcome};
+pub use steps::{Cost, each_step_cost};
+pub use time::Time;
 
 use crc::{CRC_32_ISCSI, Crc};
 

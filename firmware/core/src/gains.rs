@@ -199,6 +199,14 @@ impl<'a, T: Scalar, const NX: usize, const NU: usize> Gains<'a, T, NX, NU> {
         self.arrival[arrival::table_index(self.length, b, m)]
     }
 
+    /// `r(b, 0), r(b, 1), .. r(b, N-1-b)`: the same for a packet of age `b`, until its last input is due. `None` for an age
+    /// that no packet under way can have.
+    pub fn arrivals(&self, b: usize) -> Option<&[T]> {
+        let cycles = self.length.checked_sub(b).filter(|&cycles| b > 0 && cycles > 0)?;
+        let first = arrival::table_index(self.length, b, 0);
+        self.arrival.get(first..first + cycles)
+    }
+
     /// The control sequence `U = Lx xhat + M vbar`, one entry per cycle from the current one on.
     ///
     /// `posterior_mean`: estimate of the state given all that has arrived. `expected`: `vbar`, `n_v` inputs.
@@ -209,26 +217,63 @@ impl<'a, T: Scalar, const NX: usize, const NU: usize> Gains<'a, T, NX, NU> {
         posterior_mean: &SVector<T, NX>,
         expected: &[SVector<T, NU>],
     ) -> Vec<SVector<T, NU>, N> {
-        let in_flight = self.in_flight() * NU;
-        (0..self.length.min(N))
-            .map(|step| {
-                SVector::from_fn(|input, _| {
-                    let row = step * NU + input;
-                    let from_state = dot(&self.lx[row * NX..(row + 1) * NX], posterior_mean.iter());
-                    let from_sent = dot(
-                        &self.m[row * in_flight..(row + 1) * in_flight],
-                        expected.iter().flat_map(|input| input.iter()),
-                    );
-                    from_state + from_sent
-                })
-            })
-            .collect()
+        // A controller's capacity is its gains' length, as a rule. Lengths that are constants then halve the work: no loop
+        // counts, and `expected` stays in registers.
+        let count = expected.len();
+        match self.default_input {
+            DefaultInput::Zero if self.length == N && count + 1 == N => {
+                self.times(N, N - 1, posterior_mean, expected)
+            }
+            DefaultInput::Hold if self.length == N && count == N => {
+                self.times(N, N, posterior_mean, expected)
+            }
+            _ => self.times(self.length.min(N), self.in_flight(), posterior_mean, expected),
+        }
+    }
+
+    /// `length` inputs of the law for `in_flight` expected ones.
+    #[inline(always)]
+    fn times<const N: usize>(
+        &self,
+        length: usize,
+        in_flight: usize,
+        posterior_mean: &SVector<T, NX>,
+        expected: &[SVector<T, NU>],
+    ) -> Vec<SVector<T, NU>, N> {
+        let (rows, columns) = (length * NU, in_flight * NU);
+        // Checked tables are as long.
+        let tables = self.lx.get(..rows * NX).zip(self.m.get(..rows * columns));
+        let Some((of_state, of_sent)) = tables else { return Vec::new() };
+        let mut of_state = of_state.chunks_exact(NX);
+        // Without anything in flight there is no table to cut into rows.
+        let mut of_sent = of_sent.chunks_exact(columns.max(1));
+        let mut sequence = Vec::new();
+        for _ in 0..length {
+            let input = SVector::from_fn(|_, _| {
+                let from_state =
+                    of_state.next().map_or_else(T::zero, |row| add_dot(T::zero(), row, posterior_mean));
+                let from_sent = of_sent.next().map_or_else(T::zero, |row| {
+                    row.chunks_exact(NU)
+                        .zip(expected)
+                        .fold(T::zero(), |sum, (gains, input)| add_dot(sum, gains, input))
+                });
+                from_state + from_sent
+            });
+            // There is room.
+            let _ = sequence.push(input);
+        }
+        sequence
     }
 }
 
 /// Sum of products in index order: the order is part of the promise that host and target agree to the bit.
 pub(crate) fn dot<'v, T: Scalar>(row: &[T], vector: impl Iterator<Item = &'v T>) -> T {
     row.iter().zip(vector).fold(T::zero(), |sum, (gain, value)| sum + *gain * *value)
+}
+
+/// `sum + row . vector`, in index order likewise.
+pub(crate) fn add_dot<T: Scalar, const D: usize>(sum: T, row: &[T], vector: &SVector<T, D>) -> T {
+    row.iter().zip(vector.iter()).fold(sum, |sum, (gain, value)| sum + *gain * *value)
 }
 
 #[cfg(test)]

@@ -40,29 +40,60 @@ impl<R> PlayOut<R> {
         B: Copy + Add<Output = B> + Mul<T, Output = B>,
         R: Fn(usize, usize) -> T,
     {
+        let sent = &sent;
+        let packet = |age: usize| {
+            sent(age, 0)?;
+            let left = 0..self.length - age;
+            let inputs = left.clone().map_while(move |m| sent(age, m));
+            Some((inputs, left.map(move |m| (self.arrival)(age, m))))
+        };
+        self.weigh(age, packet, last, expected);
+    }
+
+    /// The same with each packet as a whole: `packet(a)` is what the packet sent `a` cycles ago holds for the current
+    /// cycle and those after it, `N - a` inputs, and `r(a, m)` for as many cycles.
+    fn weigh<T, B, I, P>(
+        &self,
+        age: Age,
+        packet: impl Fn(usize) -> Option<(I, P)>,
+        last: B,
+        expected: &mut [B],
+    ) where
+        T: Scalar,
+        B: Copy + Add<Output = B> + Mul<T, Output = B>,
+        I: Iterator<Item = B>,
+        P: Iterator<Item = T>,
+    {
         let zero = last * T::zero();
         let hold = self.default_input == DefaultInput::Hold;
-        let entry = |a: usize, m: usize| {
-            if a + m < self.length {
-                sent(a, m)
-            } else if hold {
-                sent(a, self.length - 1 - a)
-            } else {
-                sent(a, self.length - 1 - a).map(|_| zero)
+        let buffered = age.steps().map_or(self.length, |steps| steps + 1).min(self.length);
+        expected.fill(if hold { last } else { zero });
+        let newest = if buffered < self.length { packet(buffered) } else { None };
+        if let Some((inputs, _)) = newest {
+            let mut after = zero;
+            let (within, beyond) = expected.split_at_mut((self.length - buffered).min(expected.len()));
+            for (value, input) in within.iter_mut().zip(inputs) {
+                *value = input;
+                after = input;
             }
-        };
-        let buffered = age.steps().map_or(self.length, |steps| steps + 1);
-        let run_out = if hold { last } else { zero };
-        for (m, value) in expected.iter_mut().enumerate() {
-            *value = if buffered < self.length { entry(buffered, m).unwrap_or(run_out) } else { run_out };
+            beyond.fill(if hold { after } else { zero });
         }
-        for b in (1..buffered.min(self.length)).rev() {
-            for (m, value) in expected.iter_mut().enumerate() {
-                if let Some(input) = entry(b, m) {
-                    let arrived = (self.arrival)(b, m);
-                    *value = input * arrived + *value * (T::one() - arrived);
+        for age in (1..buffered).rev() {
+            let Some((inputs, arrivals)) = packet(age) else { continue };
+            let (mut after, mut arrived) = (zero, T::zero());
+            let (within, beyond) = expected.split_at_mut((self.length - age).min(expected.len()));
+            for ((value, input), by_then) in within.iter_mut().zip(inputs).zip(arrivals) {
+                *value = input * by_then + *value * (T::one() - by_then);
+                (after, arrived) = (input, by_then);
+            }
+            if hold {
+                // Later than for its last input it does not arrive.
+                let (held, missing) = (after * arrived, T::one() - arrived);
+                for value in beyond {
+                    *value = held + *value * missing;
                 }
             }
+            // Otherwise they are zero as they are: older packets have run out before.
         }
     }
 }
@@ -111,7 +142,9 @@ impl<T: Scalar, const NU: usize, const N: usize, const H: usize> InFlight<T, NU,
 
     /// The sequence made in cycle `tick`, if one was sent then and is remembered.
     pub fn made_at(&self, tick: Tick) -> Option<&ControlSequence<T, NU, N>> {
-        self.sent.iter().chain(&self.run_out).flatten().find(|sequence| sequence.tick == tick)
+        let sent = (0..self.sent.len()).filter_map(|place| self.sent.get(place));
+        let run_out = (0..self.run_out.len()).filter_map(|place| self.run_out.get(place));
+        sent.chain(run_out).flatten().find(|sequence| sequence.tick == tick)
     }
 
     /// The input that the actuator applied in cycle `tick` if its buffer had `age` then.
@@ -157,14 +190,13 @@ impl<T: Scalar, const NU: usize, const N: usize, const H: usize> InFlight<T, NU,
 
     /// `vbar`: the expected input in each of the next `n_v` cycles if nothing sent from now on arrived. THEORY 3, 8.
     pub fn expected_inputs<const NX: usize>(&self, gains: &Gains<'_, T, NX, NU>) -> Vec<SVector<T, NU>, N> {
-        let of = |age| self.expected(gains, age, |b, m| gains.arrival(b, m));
+        let of = |age, last| self.expected(gains, age, last, |b| Some(gains.arrivals(b)?.iter().copied()));
         if let Some(age) = self.played.known() {
-            return of(age);
+            return of(age, *self.played.held());
         }
-        let mut mean: Vec<SVector<T, NU>, N> =
-            (0..gains.in_flight().min(N)).map(|_| SVector::zeros()).collect();
+        let mut mean = nothing(gains);
         for (age, probability) in self.played.iter() {
-            for (sum, input) in mean.iter_mut().zip(of(age)) {
+            for (sum, input) in mean.iter_mut().zip(&of(age, self.last_input(age))) {
                 *sum += input * probability;
             }
         }
@@ -207,14 +239,12 @@ impl<T: Scalar, const NU: usize, const N: usize, const H: usize> InFlight<T, NU,
         // By age less one, for this is asked for every input in flight.
         let by_now: Vec<T, N> = (1..acknowledged).map(|age| gains.arrival(age, told)).collect();
         // Given that it had not arrived by k+told.
-        let arrival = |b: usize, m| {
+        let arrivals = |b: usize| {
             let by_now = by_now.get(b - 1).copied().unwrap_or_else(T::zero);
             let under_way = one - by_now;
-            if m > told && under_way > T::zero() {
-                (gains.arrival(b, m) - by_now) / under_way
-            } else {
-                T::zero()
-            }
+            Some(gains.arrivals(b)?.iter().enumerate().map(move |(m, arrival)| {
+                if m > told && under_way > T::zero() { (*arrival - by_now) / under_way } else { T::zero() }
+            }))
         };
         let mut none_newer = probability;
         for age in 1..acknowledged {
@@ -222,28 +252,41 @@ impl<T: Scalar, const NU: usize, const N: usize, const H: usize> InFlight<T, NU,
             let arrived = if self.sent(age).is_some() { by_now } else { T::zero() };
             let steps = u8::try_from(age - 1).map_or(Age::Empty, Age::Steps);
             if arrived > T::zero() {
-                each(none_newer * arrived, &self.expected(gains, steps, &arrival));
+                each(none_newer * arrived, &self.expected(gains, steps, self.last_input(steps), arrivals));
             }
             none_newer *= one - arrived;
         }
-        each(none_newer, &self.expected(gains, played, &arrival));
+        each(none_newer, &self.expected(gains, played, self.last_input(played), arrivals));
     }
 
-    /// `vbar` if the actuator had played `age` and packets under way arrived with the probabilities `arrival`.
-    fn expected<const NX: usize>(
+    /// `vbar` if the actuator had played `age`, which made it apply `last`, and packets under way arrived with the
+    /// probabilities `arrivals`.
+    fn expected<const NX: usize, P: Iterator<Item = T>>(
         &self,
         gains: &Gains<'_, T, NX, NU>,
         age: Age,
-        arrival: impl Fn(usize, usize) -> T,
+        last: SVector<T, NU>,
+        arrivals: impl Fn(usize) -> Option<P>,
     ) -> Vec<SVector<T, NU>, N> {
         let (length, default_input) = (gains.length(), gains.default_input());
-        let mut expected: Vec<SVector<T, NU>, N> =
-            (0..gains.in_flight().min(N)).map(|_| SVector::zeros()).collect();
-        let sent = |a, m| self.sent(a).and_then(|sequence| sequence.inputs.get(a + m).copied());
-        let last = self.last_input(age);
-        PlayOut { length, default_input, arrival }.expected_inputs(age, sent, last, &mut expected);
+        let mut expected = nothing(gains);
+        let packet = |age| {
+            let inputs = self.sent(age)?.inputs.get(age..length)?;
+            Some((inputs.iter().copied(), arrivals(age)?))
+        };
+        let play_out = PlayOut { length, default_input, arrival: () };
+        play_out.weigh(age, packet, last, &mut expected);
         expected
     }
+}
+
+/// A zero input for each of the next `n_v` cycles.
+fn nothing<T: Scalar, const NX: usize, const NU: usize, const N: usize>(
+    gains: &Gains<'_, T, NX, NU>,
+) -> Vec<SVector<T, NU>, N> {
+    let mut inputs = Vec::from([SVector::zeros(); N]);
+    inputs.truncate(gains.in_flight());
+    inputs
 }
 
 /// Puts `entry` in front; a full queue loses its last one.

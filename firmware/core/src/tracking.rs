@@ -5,7 +5,7 @@
 //! [`Feedforward`]. Where the gains come from is [`crate::synthesis::LinearCost`].
 
 use crate::scalar::{all_within_f32, all_within_f64};
-use crate::{DefaultInput, Scalar};
+use crate::{DefaultInput, Scalar, gains::add_dot};
 use heapless::Vec;
 use nalgebra::SVector;
 
@@ -229,9 +229,4 @@ impl<T: Scalar, const NU: usize> Preview<'_, T, NU> {
             Feedforward { inputs: weighted(self.sequence), displaced: weighted(self.displaced) };
         if feedforward.is_finite() { Ok(feedforward) } else { Err(RejectedReference::NotFinite) }
     }
-}
-
-/// `sum + gain . sample`.
-fn add_dot<T: Scalar, const NZ: usize>(sum: T, gain: &[T], sample: &SVector<T, NZ>) -> T {
-    gain.iter().zip(sample.iter()).fold(sum, |sum, (gain, value)| sum + *gain * *value)
 }

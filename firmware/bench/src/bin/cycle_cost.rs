@@ -14,13 +14,13 @@ fn main() {
 #[cortex_m_rt::entry]
 fn main() -> ! {
     use cortex_m_semihosting::hprintln;
-    use slqg_bench::{CASES, CYCLES, board};
+    use slqg_bench::{CASES, board};
 
     board::start_timer();
     for case in CASES {
         let time = (case.run)(board::ticks).time;
         // Name, ticks of all cycles, of the longest, and cycles.
-        hprintln!("{} {} {} {}", case.name, time.total, time.longest, CYCLES);
+        hprintln!("{} {} {} {}", case.name, time.total, time.longest, time.cycles);
     }
     board::exit(true)
 }

@@ -18,7 +18,6 @@ use crate::{
     tracking::{Feedforward, RejectedReference},
     wire::{self, Acknowledgement, DecodeError, EncodeError, Measurement},
 };
-use heapless::Vec;
 use nalgebra::SVector;
 
 pub use design::{Design, InvalidDesign};
@@ -190,7 +189,7 @@ impl<
         let outcome = match wire::decode_measurement(frame) {
             Ok(measurement) => self.measured(measurement),
             Err(DecodeError::Kind(_)) => match wire::decode_acknowledgement::<T>(frame) {
-                Ok(acknowledgement) => self.acknowledged(acknowledgement),
+                Ok(acknowledgement) => self.acknowledged(&acknowledgement),
                 Err(error) => Err(RejectedFrame::Decode(error)),
             },
             Err(error) => Err(RejectedFrame::Decode(error)),
@@ -205,17 +204,16 @@ impl<
         self.filter.measure(measurement.tick, measurement.output).map_err(RejectedFrame::Measurement)
     }
 
-    fn acknowledged(&mut self, acknowledgement: Acknowledgement) -> Result<(), RejectedFrame> {
-        let told = (0..).zip(acknowledgement.ages).map(|(ago, age)| (acknowledgement.tick - ago, age));
+    fn acknowledged(&mut self, acknowledgement: &Acknowledgement) -> Result<(), RejectedFrame> {
+        let told = || (0..).zip(&acknowledgement.ages).map(|(ago, age)| (acknowledgement.tick - ago, *age));
         // Only cycles that are over can be acknowledged, while the estimator remembers them.
-        let remembered = told.take_while(|(tick, _)| self.filter.is_acknowledged(*tick).is_some());
-        let remembered: Vec<_, { wire::MOST_AGES }> = remembered.collect();
+        let remembered = told().take_while(|(tick, _)| self.filter.is_acknowledged(*tick).is_some()).count();
         let default_input = self.design.actuator.default_input;
         let sent = |tick, age| self.in_flight.applied_input(default_input, tick, age, &SVector::zeros());
-        if remembered.is_empty() || remembered.iter().any(|(tick, age)| sent(*tick, *age).is_none()) {
+        if remembered == 0 || told().take(remembered).any(|(tick, age)| sent(tick, age).is_none()) {
             return Err(RejectedFrame::Acknowledgement);
         }
-        for (tick, age) in remembered {
+        for (tick, age) in told().take(remembered) {
             self.filter.acknowledge(tick, age);
         }
         Ok(())

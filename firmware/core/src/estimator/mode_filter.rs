@@ -130,7 +130,7 @@ impl<
         if usize::try_from(age).map_or(true, |age| age > self.measurement_buffer) {
             return Err(RejectedMeasurement::TooOld);
         }
-        let cycle = self.memory.iter_mut().nth(position).ok_or(RejectedMeasurement::TooOld)?;
+        let cycle = self.memory.get_mut(position).ok_or(RejectedMeasurement::TooOld)?;
         if cycle.measured.is_some() {
             return Err(RejectedMeasurement::Duplicate);
         }
@@ -142,7 +142,7 @@ impl<
     /// Whether the age played in cycle `tick` was acknowledged; `None` if that cycle is not over or not remembered.
     pub fn is_acknowledged(&self, tick: Tick) -> Option<bool> {
         let position = self.position(tick).filter(|position| position + 1 < self.memory.len())?;
-        self.memory.iter().nth(position).map(|cycle| cycle.known.is_some())
+        self.memory.get(position).map(|cycle| cycle.known.is_some())
     }
 
     /// Takes the age that was played in cycle `tick`, which is over. [`ModeFilter::filter`] makes it count.
@@ -153,7 +153,7 @@ impl<
         let Some(position) = self.position(tick).filter(|position| position + 1 < self.memory.len()) else {
             return false;
         };
-        let Some(cycle) = self.memory.iter_mut().nth(position) else { return false };
+        let Some(cycle) = self.memory.get_mut(position) else { return false };
         if cycle.known.replace(age) != Some(age) {
             // What was played acts on the next cycle.
             self.must_filter_from(position + 1);
@@ -187,8 +187,14 @@ impl<
             }
         }
         let last = self.memory.back().and_then(|cycle| cycle.belief.as_ref());
-        if let Some(posterior) = last.and_then(Belief::merged) {
-            self.posterior = posterior;
+        match last.map(|belief| (belief.single(), belief)) {
+            Some((Some(posterior), _)) => self.posterior = posterior.clone(),
+            Some((None, belief)) => {
+                if let Some(posterior) = belief.merged() {
+                    self.posterior = posterior;
+                }
+            }
+            None => {}
         }
     }
 
@@ -215,7 +221,7 @@ impl<
         around: &Surroundings<'_, T, NX, NU, NY, N, H>,
         tick: Tick,
     ) -> Option<SVector<T, NU>> {
-        let belief = self.memory.iter().nth(self.position(tick + 1)?)?.belief.as_ref()?;
+        let belief = self.memory.get(self.position(tick + 1)?)?.belief.as_ref()?;
         Some(around.expected_input(tick, &belief.modes))
     }
 

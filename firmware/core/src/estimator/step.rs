@@ -32,10 +32,15 @@ impl<T: Scalar, const NX: usize, const NU: usize, const N: usize, const E: usize
         })
     }
 
+    /// The estimate, if there is one for all ages.
+    pub(super) fn single(&self) -> Option<&Estimate<T, NX>> {
+        self.estimates.first().filter(|_| self.estimates.len() == 1)
+    }
+
     /// All of it as one estimate.
     pub(super) fn merged(&self) -> Option<Estimate<T, NX>> {
-        if self.estimates.len() == 1 {
-            return self.estimates.first().cloned();
+        if let Some(single) = self.single() {
+            return Some(single.clone());
         }
         let mut merged = Merged::none();
         self.iter().for_each(|(_, probability, estimate)| merged.absorb(probability.logarithm(), estimate));

@@ -151,7 +151,12 @@ pub fn decode_acknowledgement<T: Scalar>(frame: &[u8]) -> Result<Acknowledgement
     if bytes.is_empty() || bytes.len() > MOST_AGES {
         return Err(DecodeError::Ages(u8::try_from(bytes.len()).unwrap_or(u8::MAX)));
     }
-    Ok(Acknowledgement { tick, ages: bytes.iter().copied().map(age_of).collect() })
+    let mut ages = heapless::Vec::new();
+    for byte in bytes {
+        // There is room.
+        let _ = ages.push(age_of(*byte));
+    }
+    Ok(Acknowledgement { tick, ages })
 }
 
 /// An age as it is on the wire.
