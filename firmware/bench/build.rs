@@ -15,6 +15,10 @@ fn main() {
         compile(format!("../../designs/{design}.toml"));
     }
     Compile::new("../../designs/double_integrator_bad.toml").sequence_length(6).name("integrator").run();
+    // For solving again: the same plant and length on either link.
+    Compile::new("../../designs/pendulum_bad.toml").run();
+    Compile::new("../../designs/pendulum_bad.toml").sequence_length(4).name("pendulum_bad_4").run();
+    Compile::new("../../designs/pendulum.toml").sequence_length(8).name("pendulum_8").run();
     // The pendulum's force held where the design has it fall to zero.
     let pendulum_hold = Compile::new("../../designs/pendulum.toml").default_input(DefaultInput::Hold);
     pendulum_hold.name("pendulum_hold").run();

@@ -95,7 +95,8 @@ fn run_with<T: SimScalar, const NX: usize, const NU: usize, const NY: usize, con
     network: &mut Network<T, NU, NY>,
     record: impl FnMut(Snapshot<'_, T, NX, NU>),
 ) -> RunResult {
-    let mut ends = CoreEnds::<T, NX, NU, NY, E>::new(fitted, contender);
+    let mut memory = fitted.tuning_memory();
+    let mut ends = CoreEnds::<T, NX, NU, NY, E>::new(fitted, contender, &mut memory);
     let Ok(result) = run_ends(fitted, contender, plan, network, &mut ends, record);
     result
 }
@@ -146,7 +147,8 @@ pub fn run_ends<T: SimScalar, const NX: usize, const NU: usize, const NY: usize,
 
         let input = applied.input.map(|value| value.widen());
         let state = *plant.state();
-        result.cost += fitted.objective.stage(cycle, &state, &input);
+        let stage_cost = fitted.objective.stage(cycle, &state, &input);
+        result.cost += stage_cost;
         result.age_sum += applied.age.steps().unwrap_or(contender.laws[0].length);
         let (estimate, covariance) = ends.estimate();
         record(Snapshot {
@@ -154,6 +156,8 @@ pub fn run_ends<T: SimScalar, const NX: usize, const NU: usize, const NY: usize,
             estimate,
             covariance,
             input: &input,
+            stage_cost,
+            tuning: ends.tuning(),
             tracked: fitted.objective.tracked(cycle, &state),
             age: applied.age.steps(),
             control_frame,

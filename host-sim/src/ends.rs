@@ -6,7 +6,7 @@
 use crate::{
     contender::Contender,
     decision::Decision,
-    fitted::{Fitted, Unfit},
+    fitted::{Fitted, Following, Unfit},
     size_class::{LONGEST_SEQUENCE, MEMORY, SimScalar},
 };
 use nalgebra::{SMatrix, SVector};
@@ -14,7 +14,7 @@ use slqg::{
     Tick,
     actuator::{Actuator, Applied},
     controller::{Controller, Design},
-    wire,
+    tuning, wire,
 };
 use std::convert::Infallible;
 
@@ -53,33 +53,42 @@ pub trait Ends<T: SimScalar, const NX: usize, const NU: usize> {
     fn play(&mut self) -> Result<Played<'_, T, NU>, Self::Error>;
     /// The controller's estimate of the state, and the covariance of its error.
     fn estimate(&self) -> (&SVector<T, NX>, &SMatrix<T, NX, NX>);
+    /// What the controller did in this cycle if it tunes itself.
+    fn tuning(&self) -> Option<tuning::Event<T>> {
+        None
+    }
     /// Frames that either end refused.
     fn rejected(&self) -> u64;
 }
 
 /// The core's ends, in this process.
-pub struct CoreEnds<'f, T: SimScalar, const NX: usize, const NU: usize, const NY: usize, const E: usize> {
+pub struct CoreEnds<'f, 'w, T: SimScalar, const NX: usize, const NU: usize, const NY: usize, const E: usize> {
     fitted: &'f Fitted<T, NX, NU, NY>,
     contender: &'f Contender,
     controller: Controller<'f, T, NX, NU, NY, LONGEST_SEQUENCE, MEMORY, E>,
     decision: Decision<'f, T, NX, NU>,
+    following: Following<'f, 'w, T, NX, NU>,
+    tuning: Option<tuning::Event<T>>,
     actuator: Actuator<T, NU, LONGEST_SEQUENCE>,
     frame: Vec<u8>,
 }
 
-impl<'f, T: SimScalar, const NX: usize, const NU: usize, const NY: usize, const E: usize>
-    CoreEnds<'f, T, NX, NU, NY, E>
+impl<'f, 'w, T: SimScalar, const NX: usize, const NU: usize, const NY: usize, const E: usize>
+    CoreEnds<'f, 'w, T, NX, NU, NY, E>
 {
-    /// Ends whose first cycle is 0.
+    /// Ends whose first cycle is 0. `memory`: from [`Fitted::tuning_memory`].
     ///
     /// # Panics
     /// If the fitted controller's tables are no gains, which [`Fitted::design`] tells beforehand.
-    pub fn new(fitted: &'f Fitted<T, NX, NU, NY>, contender: &'f Contender) -> Self {
+    pub fn new(fitted: &'f Fitted<T, NX, NU, NY>, contender: &'f Contender, memory: &'w mut [T]) -> Self {
+        let design = fitted.design().expect("checked before the first run");
         Self {
             fitted,
             contender,
             controller: controller(fitted.design(), contender, Tick(0)),
             decision: Decision::new(fitted),
+            following: fitted.following(&design, memory).expect("checked before the first run"),
+            tuning: None,
             actuator: actuator(fitted, Tick(0)),
             frame: vec![0; frame_capacity::<T>(NU, NY)],
         }
@@ -124,7 +133,7 @@ pub fn frame_capacity<T: SimScalar>(inputs: usize, outputs: usize) -> usize {
 }
 
 impl<T: SimScalar, const NX: usize, const NU: usize, const NY: usize, const E: usize> Ends<T, NX, NU>
-    for CoreEnds<'_, T, NX, NU, NY, E>
+    for CoreEnds<'_, '_, T, NX, NU, NY, E>
 {
     type Error = Infallible;
 
@@ -139,7 +148,18 @@ impl<T: SimScalar, const NX: usize, const NU: usize, const NY: usize, const E: u
         channel: impl Iterator<Item = usize>,
     ) -> Result<Option<&[u8]>, Infallible> {
         self.fitted.prepare(&mut self.controller, cycle, channel);
-        Ok(self.decision.cycle(&mut self.controller, &mut self.frame))
+        self.following.observe(&self.controller);
+        let sequence = match self.following.law(cycle) {
+            None => self.decision.cycle(&mut self.controller, &mut self.frame),
+            Some(law) => self
+                .controller
+                .cycle_under(&law, &mut self.frame)
+                .expect("laws of one length, and room for every frame"),
+        };
+        let len = sequence.map(<[u8]>::len);
+        // Once the frame is there to be sent.
+        self.tuning = self.following.work(self.contender.slices);
+        Ok(len.map(|len| &self.frame[..len]))
     }
 
     fn to_actuator(&mut self, packet: &[u8]) {
@@ -157,6 +177,10 @@ impl<T: SimScalar, const NX: usize, const NU: usize, const NY: usize, const E: u
     fn estimate(&self) -> (&SVector<T, NX>, &SMatrix<T, NX, NX>) {
         let estimator = self.controller.estimator();
         (estimator.posterior_mean(), estimator.posterior_covariance())
+    }
+
+    fn tuning(&self) -> Option<tuning::Event<T>> {
+        self.tuning
     }
 
     fn rejected(&self) -> u64 {

@@ -15,6 +15,7 @@
 //! | [`decision`] | what some controllers decide on the host, beside the core |
 //! | [`ends`] | controller and actuator as the simulator drives them |
 //! | [`closed_loop`] | one run: plant, links and the two ends, cycle by cycle |
+//! | [`adaptation`] | costs before and after a link changes |
 //! | [`monte_carlo`] | many runs in parallel, and what they say together |
 //! | [`sweep`] | designs x controllers x lengths into a file: resumed, in shards, compared run by run |
 //! | [`robustness`] | designed for one network, run on another |
@@ -27,6 +28,7 @@
 //!
 //! Same design, same seed: same numbers, on any number of threads.
 
+pub mod adaptation;
 pub mod bus_report;
 pub mod carrier;
 pub mod closed_loop;

@@ -1,6 +1,7 @@
 //! Many runs in parallel, and what they say together.
 
 use crate::{
+    adaptation::{Adaptation, RunWindows},
     closed_loop::{self, CycleRecord, RunPlan, RunResult, Snapshot},
     contender::{Contender, Kind},
     fitted::{Fitted, Unfit},
@@ -56,6 +57,9 @@ pub struct Summary {
     /// Standard error of that mean.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub total_std_error: Option<f64>,
+    /// Costs before and after; only where the link to the actuator changes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub adaptation: Option<Adaptation>,
 }
 
 /// Everything simulated for one controller.
@@ -149,18 +153,26 @@ impl<P: Fn() + Sync> InSizeClass for Simulate<'_, P> {
         let tracked = self.design.tracking.as_ref().map_or(0, |tracking| tracking.outputs());
         // Collected in the order of the runs, so that sums do not depend on the threads.
         let length = self.contender.laws[0].length;
-        let (results, ages): (Vec<RunResult>, Vec<Vec<u64>>) = threads().install(|| {
+        let runs: Vec<(RunResult, Vec<u64>, Option<RunWindows>)> = threads().install(|| {
             let all = (0..runs as u64).into_par_iter().map(|run| {
                 let plan = RunPlan { steps, seed, run };
                 let mut ages = vec![0; length + 1];
+                let mut windows = RunWindows::new(self.contender, steps);
+                let mut cycle = 0;
                 let result = closed_loop::run(&fitted, self.contender, plan, |snapshot| {
                     ages[snapshot.age.unwrap_or(length)] += 1;
+                    if let Some(windows) = &mut windows {
+                        windows.add(cycle, snapshot.stage_cost, snapshot.tuning.as_ref());
+                    }
+                    cycle += 1;
                 });
                 (self.done)();
-                (result, ages)
+                (result, ages, windows)
             });
-            all.unzip()
+            all.collect()
         });
+        let results: Vec<RunResult> = runs.iter().map(|(result, ..)| *result).collect();
+        let windows: Vec<RunWindows> = runs.iter().filter_map(|(.., windows)| windows.clone()).collect();
         let mut first_run = Vec::with_capacity(steps);
         let keep = |snapshot: Snapshot<'_, T, NX, NU>| {
             let mut cycle = snapshot.to_record();
@@ -189,10 +201,10 @@ impl<P: Fn() + Sync> InSizeClass for Simulate<'_, P> {
         let priced = total_costs(self.contender, &results);
         let summary = summarise(self.contender.kind, length, steps, &results, priced.as_deref());
         Ok(Outcome {
-            summary,
+            summary: Summary { adaptation: Adaptation::of(&windows), ..summary },
             total_costs: priced.unwrap_or_else(|| costs.clone()),
             costs,
-            ages: (0..=length).map(|age| ages.iter().map(|run| run[age]).sum()).collect(),
+            ages: (0..=length).map(|age| runs.iter().map(|(_, ages, _)| ages[age]).sum()).collect(),
             first_run,
             bus,
         })
@@ -230,6 +242,7 @@ pub fn summarise(
         mean_input_age: results.iter().map(|result| result.age_sum).sum::<usize>() as f64 / cycles,
         mean_total_cost: priced(mean),
         total_std_error: priced(standard_error),
+        adaptation: None,
     }
 }
 

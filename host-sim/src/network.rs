@@ -42,6 +42,8 @@ pub struct Network<T, const NU: usize, const NY: usize> {
     cycle: u64,
     /// States of the channel to the actuator in the cycles before, the newest first; empty if it has none.
     channel: VecDeque<usize>,
+    /// What the link to the actuator becomes, and in which cycle; then what it was, with all that is under way on it.
+    other: Option<(u64, Box<Path>)>,
 }
 
 impl<T: SimScalar, const NU: usize, const NY: usize> Network<T, NU, NY> {
@@ -67,7 +69,25 @@ impl<T: SimScalar, const NU: usize, const NY: usize> Network<T, NU, NY> {
                 Acknowledgement::Over(link) => way(link, Purpose::AcknowledgementLink),
             },
         ];
-        Self { ways, bus, cycle: 0, channel: VecDeque::with_capacity(REMEMBERED + 1) }
+        let other = contender.change.as_ref().map(|change| {
+            let path = Path::new(&change.link, stream(seed, run, Purpose::ChangedLink));
+            (change.cycle as u64, Box::new(path))
+        });
+        let mut network =
+            Self { ways, bus, cycle: 0, channel: VecDeque::with_capacity(REMEMBERED + 1), other };
+        network.change_link();
+        network
+    }
+
+    /// In its cycle the link becomes what it is to become.
+    fn change_link(&mut self) {
+        if let (Some((cycle, other)), Way::Path(path)) =
+            (&mut self.other, &mut self.ways[Role::Control as usize])
+        {
+            if *cycle == self.cycle {
+                std::mem::swap(path, other);
+            }
+        }
     }
 
     fn send(&mut self, role: Role, frame: &[u8]) -> Fate {
@@ -130,7 +150,11 @@ impl<T: SimScalar, const NU: usize, const NY: usize> Network<T, NU, NY> {
     }
 
     /// Hands `receive` the frames that the actuator takes in this cycle.
-    pub fn to_actuator(&mut self, receive: impl FnMut(&[u8])) {
+    pub fn to_actuator(&mut self, mut receive: impl FnMut(&[u8])) {
+        if let Some((_, other)) = &mut self.other {
+            // Before the change nothing is on it.
+            other.arrived().for_each(&mut receive);
+        }
         self.take(Role::Control, receive);
     }
 
@@ -158,9 +182,13 @@ impl<T: SimScalar, const NU: usize, const NY: usize> Network<T, NU, NY> {
                 path.next_cycle();
             }
         }
+        if let Some((_, other)) = &mut self.other {
+            other.next_cycle();
+        }
         if let Some((bus, _)) = &mut self.bus {
             bus.next_cycle();
         }
+        self.change_link();
     }
 
     /// States of the channel to the actuator in the cycles before the current one, the newest first: what a controller

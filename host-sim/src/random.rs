@@ -21,8 +21,8 @@ pub enum Purpose {
     AcknowledgementLink = 5,
     /// Phase, other traffic and errors of a bus.
     Bus = 6,
-    /// When nodes are killed.
-    Restarts = 7,
+    /// Delays from controller to actuator once that link has become another one.
+    ChangedLink = 7,
 }
 
 const PURPOSES: u64 = 8;
@@ -31,5 +31,12 @@ const PURPOSES: u64 = 8;
 pub fn stream(seed: u64, run: u64, purpose: Purpose) -> ChaCha8Rng {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     random.set_stream(run * PURPOSES + purpose as u64);
+    random
+}
+
+/// The random numbers of what happens once for all runs, such as nodes that are killed: no run's stream is this one.
+pub fn common(seed: u64) -> ChaCha8Rng {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    random.set_stream(u64::MAX);
     random
 }

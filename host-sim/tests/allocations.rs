@@ -66,6 +66,7 @@ fn a_run_of_a_thousand_cycles_allocates_as_much_as_one_of_a_hundred() {
     for [short, long] in [
         allocations::<f32, 4, 1, 2>(Kind::Slqg, PENDULUM),
         allocations::<f32, 4, 1, 2>(Kind::Lqg, PENDULUM),
+        allocations::<f32, 4, 1, 2>(Kind::SlqgTuning, PENDULUM),
         allocations::<f32, 2, 1, 2>(Kind::Slqg, BAD),
         allocations::<f32, 2, 1, 2>(Kind::SlqgUdp, BAD),
         allocations::<f64, 2, 1, 2>(Kind::Slqg, &late),

@@ -23,6 +23,7 @@ mod pil;
 mod process;
 mod qemu;
 mod size;
+mod solve_bench;
 mod sysroot;
 mod target_bench;
 mod toolchain;
@@ -76,6 +77,8 @@ enum Bench {
     Simulate,
     /// Instructions of a control cycle and each of its steps on the reference board, as QEMU counts them
     Target,
+    /// The same for solving gains again on the board, when its link has changed
+    Solve,
 }
 
 fn main() -> ExitCode {
@@ -115,5 +118,6 @@ fn perform(task: &Task) -> Result<()> {
             "simulate",
         ])),
         Task::Bench { what: Bench::Target, update } => target_bench::bench(&workspace, *update),
+        Task::Bench { what: Bench::Solve, .. } => solve_bench::bench(&workspace),
     }
 }

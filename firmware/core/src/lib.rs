@@ -24,6 +24,7 @@
 //! | [`sequence`], [`tick`], [`scalar`] | a control sequence, the only clock there is, `f32` and `f64` |
 //! | [`arrival`] | what a delay distribution says about packets under way |
 //! | [`synthesis`] | the recursion that computes the gains, for the generator and for the device itself |
+//! | [`tuning`] | the device solves its own gains when the link has changed |
 //!
 //! Immutable configuration ([`gains::Gains`], [`estimator::Model`], [`actuator::Settings`]) and mutable state
 //! ([`controller::Controller`], [`estimator::ModeFilter`], [`actuator::Actuator`]) are separate types.
@@ -44,6 +45,7 @@ pub mod sequence;
 pub mod synthesis;
 pub mod tick;
 pub mod tracking;
+pub mod tuning;
 pub mod wire;
 
 pub use actuator::DefaultInput;

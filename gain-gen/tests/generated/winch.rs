@@ -131,3 +131,39 @@ pub type Controller =
 
 /// An actuator with room for this design.
 pub type Actuator = slqg::actuator::Actuator<Scalar, INPUTS, SEQUENCE_LENGTH>;
+
+/// What the law was computed from beside [`MODEL`]: hand it to [`Tuner`], which computes it again when the link has changed.
+///
+/// `Q` and `R` by rows, and `P(delay > d)` of the link from controller to actuator, `d` in cycles.
+#[rustfmt::skip]
+#[allow(clippy::approx_constant)]
+pub const TUNING: slqg::tuning::Basis<'static, Scalar> = slqg::tuning::Basis {
+    state_cost: &[
+        2.0, 0.0,
+        0.0, 1.0,
+    ],
+    input_cost: &[
+        0.5,
+    ],
+    survival: &[
+        0.375, 0.125, 0.125,
+    ],
+    default_input: slqg::DefaultInput::Zero,
+};
+
+/// Numbers of memory that a [`Tuner`] is given.
+pub const TUNING_MEMORY: usize = slqg::tuning::workspace_len(&TUNING.dimensions(STATES, INPUTS));
+
+/// Numbers of the tables of one law.
+#[rustfmt::skip]
+pub const LAW_LEN: usize = slqg::blob::storage_len(&slqg::blob::Shape {
+    length: SEQUENCE_LENGTH,
+    states: STATES,
+    inputs: INPUTS,
+    default_input: slqg::DefaultInput::Zero,
+});
+
+/// A tuner with room for this design.
+#[rustfmt::skip]
+pub type Tuner<'memory> =
+    slqg::tuning::Tuner<'static, 'memory, Scalar, STATES, INPUTS, SEQUENCE_LENGTH, LAW_LEN>;

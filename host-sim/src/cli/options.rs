@@ -8,7 +8,7 @@ use gain_gen::{
     solve::Method,
 };
 use host_sim::{
-    contender::{Contender, ContenderError, DEFAULT_DEADBAND, Kind},
+    contender::{Change, Contender, ContenderError, DEFAULT_DEADBAND, DEFAULT_SLICES, Kind},
     monte_carlo::Plan,
     size_class,
 };
@@ -43,7 +43,8 @@ impl Amount {
 pub(super) struct Selection {
     /// Controllers to simulate, separated by commas: slqg (sequence-based LQG over the design's network), slqg-always (sends
     /// in every cycle, worth it or not), slqg-no-preview (takes the reference of the moment for all that is to come),
-    /// slqg-channel (told the state of a bursty link one cycle late), slqg-task (time-varying law of a task that ends with the run), slqg-udp (without acknowledgements),
+    /// slqg-channel (told the state of a bursty link one cycle late), slqg-tuning (learns its link, solves its own gains),
+    /// slqg-told (told when --changes-to changes its link), slqg-task (time-varying law of a task that ends with the run), slqg-udp (without acknowledgements),
     /// slqg-udp-rounded (the same with the mean age rounded), lqg (at the plant, without a network: the lower bound),
     /// hold-last (one input per packet, held: what is built today), nominal (LQR that predicts its own loop),
     /// expected-input (the same with what is to be expected in flight), lqg-loss (optimal if there were no delays),
@@ -63,6 +64,9 @@ pub(super) struct Selection {
     /// Change of an input, as a multiple of the new one, above which `deadband` sends.
     #[arg(long, value_name = "DELTA", default_value_t = DEFAULT_DEADBAND, value_parser = deadband)]
     deadband: f64,
+    /// Backward steps that the device of `slqg-tuning` computes in a cycle while it solves.
+    #[arg(long, value_name = "S", default_value_t = DEFAULT_SLICES as u16, value_parser = clap::value_parser!(u16).range(1..))]
+    slices: u16,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
@@ -95,6 +99,9 @@ fn acknowledgement(text: &str) -> Result<Acknowledgement, String> {
     }
 }
 
+const NOTHING_TO_TELL: &str = "`slqg-told` is `slqg` on a link that stays as it is; say what becomes of it, `host-sim run \
+     --changes-to OTHER --at K`, or simulate `slqg`";
+
 impl Selection {
     /// The design at `path` with what the command line changes.
     pub(super) fn load(&self, path: &Path) -> Result<Design, Failure> {
@@ -113,18 +120,28 @@ impl Selection {
         format!("estimator {:?}, deadband {}", self.estimator, self.deadband)
     }
 
-    /// The controller `kind` for runs of `steps` cycles of `design`, which is that at `path`, perhaps with another length.
+    /// The controller `kind` for runs of `steps` cycles of `design`, which is that at `path`, perhaps with another length;
+    /// the link to the actuator may `change` during each.
     pub(super) fn contender(
         &self,
         kind: Kind,
         design: &Design,
         path: &Path,
         steps: usize,
+        change: Option<&Change>,
     ) -> Result<Contender, Failure> {
         // Before gains are computed, which can take longer than saying no.
         size_class::check(design).map_err(|error| wrong(path, &error))?;
         let mut contender =
             Contender::new(kind, design, steps).map_err(|error| refused(&error, design, path))?;
+        contender.slices = self.slices.into();
+        match change {
+            Some(change) => {
+                contender.meet(change.clone(), design).map_err(|error| refused(&error, design, path))?;
+            }
+            None if kind == Kind::SlqgTold => return Err(wrong(path, &NOTHING_TO_TELL)),
+            None => {}
+        }
         if let Some(rule) = &mut contender.deadband {
             rule.delta = self.deadband;
         }

@@ -8,7 +8,8 @@ use super::{
 use clap::Args;
 use gain_gen::design::Design;
 use host_sim::{
-    contender::Contender,
+    adaptation,
+    contender::{Change, Contender},
     monte_carlo::{Outcome, Plan, Simulate},
     output::{self, Pictures, Simulation},
     size_class::dispatch,
@@ -27,13 +28,36 @@ pub(super) struct Options {
     /// Inputs per sequence, instead of the design's.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=128))]
     sequence_length: Option<u16>,
+    /// Design file whose link from controller to actuator this one's becomes during each run.
+    #[arg(long, value_name = "OTHER", requires = "at")]
+    changes_to: Option<PathBuf>,
+    /// The cycle in which it does.
+    #[arg(long, value_name = "K", requires = "changes_to")]
+    at: Option<u32>,
     #[command(flatten)]
     pictures: Pictures,
 }
 
+impl Options {
+    /// What becomes of the link, if anything.
+    fn change(&self) -> Result<Option<Change>, Failure> {
+        let (Some(other), Some(at)) = (&self.changes_to, self.at) else { return Ok(None) };
+        let cycle = at as usize;
+        if cycle >= self.amount.plan().steps {
+            let steps = self.amount.steps;
+            return Err(Failure::Input(format!(
+                "--at: found {at}; a run has {steps} cycles, --steps makes it longer"
+            )));
+        }
+        let other = self.selection.load(other)?;
+        Ok(Some(Change { link: other.network.controller_to_actuator, cycle }))
+    }
+}
+
 /// Simulates, prints, and writes the report.
 pub(super) fn run(options: &Options) -> Result<(), Failure> {
-    let Options { design: path, selection, amount, sequence_length, pictures } = options;
+    let Options { design: path, selection, amount, sequence_length, pictures, .. } = options;
+    let change = options.change()?;
     let mut design = selection.load(path)?;
     let plan = amount.plan();
     if let Some(length) = *sequence_length {
@@ -42,7 +66,7 @@ pub(super) fn run(options: &Options) -> Result<(), Failure> {
     let contenders = selection
         .controllers
         .iter()
-        .map(|&kind| selection.contender(kind, &design, path, plan.steps))
+        .map(|&kind| selection.contender(kind, &design, path, plan.steps, change.as_ref()))
         .collect::<Result<Vec<_>, _>>()?;
     let progress = progress(contenders.len() * plan.runs, "runs");
     let outcomes = contenders
@@ -57,7 +81,13 @@ pub(super) fn run(options: &Options) -> Result<(), Failure> {
     pictures.write(&simulation, &design).map_err(|error| Failure::Input(error.to_string()))?;
     match amount.json {
         true => println!("{}", output::json(&simulation)),
-        false => print!("{}", output::table(&simulation)),
+        false => {
+            print!("{}", output::table(&simulation));
+            if let Some(change) = &change {
+                let summaries: Vec<_> = simulation.outcomes.iter().map(|outcome| &outcome.summary).collect();
+                print!("{}", adaptation::table(change, plan, &summaries));
+            }
+        }
     }
     if !amount.json {
         print!("{}", pictures.told());

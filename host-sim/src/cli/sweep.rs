@@ -203,7 +203,7 @@ fn prepared(
     path: &Path,
     amount: &Amount,
 ) -> Result<Prepared, Failure> {
-    let contender = selection.contender(kind, &design, path, amount.plan().steps)?;
+    let contender = selection.contender(kind, &design, path, amount.plan().steps, None)?;
     let prepared = Prepared { design, contender };
     prepared.check().map_err(|error| wrong(path, &error))?;
     Ok(prepared)

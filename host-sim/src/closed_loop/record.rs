@@ -8,7 +8,7 @@ use crate::{
 };
 use gain_gen::design::Acknowledgement;
 use nalgebra::{SMatrix, SVector};
-use slqg::wire;
+use slqg::{tuning, wire};
 use slqg_links::{
     loop_bus::{LoopBus, Role},
     path::Fate,
@@ -77,6 +77,10 @@ pub struct Snapshot<'s, T: SimScalar, const NX: usize, const NU: usize> {
     pub covariance: &'s SMatrix<T, NX, NX>,
     /// Input applied.
     pub input: &'s SVector<f64, NU>,
+    /// What the cycle costs.
+    pub stage_cost: f64,
+    /// What a controller did that tunes itself.
+    pub tuning: Option<tuning::Event<T>>,
     /// Tracked outputs and what they are to be.
     pub tracked: Option<[SVector<f64, NX>; 2]>,
     /// Age of the sequence the input came from; `None` for the default input.

@@ -13,6 +13,10 @@ pub enum Kind {
     SlqgNoPreview,
     /// The same, told the state of the channel to the actuator one cycle late, with gains for each of its states.
     SlqgChannel,
+    /// The same as the first, which learns its link and solves its own gains when that changes. `slqg::tuning`.
+    SlqgTuning,
+    /// The same as the first, told when its link changes and what it becomes: no controller that has to find out does better.
+    SlqgTold,
     /// Sequence-based LQG with the time-varying law of a task that ends with the run.
     SlqgTask,
     /// The same as the first, without any acknowledgement. Thesis 3.6.2, THEORY 8.
@@ -37,11 +41,13 @@ pub enum Kind {
 
 impl Kind {
     /// Every controller there is.
-    pub const ALL: [Self; 14] = [
+    pub const ALL: [Self; 16] = [
         Self::Slqg,
         Self::SlqgAlways,
         Self::SlqgNoPreview,
         Self::SlqgChannel,
+        Self::SlqgTuning,
+        Self::SlqgTold,
         Self::SlqgTask,
         Self::SlqgUdp,
         Self::SlqgUdpRounded,
@@ -61,6 +67,8 @@ impl Kind {
             Self::SlqgAlways => "slqg-always",
             Self::SlqgNoPreview => "slqg-no-preview",
             Self::SlqgChannel => "slqg-channel",
+            Self::SlqgTuning => "slqg-tuning",
+            Self::SlqgTold => "slqg-told",
             Self::SlqgTask => "slqg-task",
             Self::SlqgUdp => "slqg-udp",
             Self::SlqgUdpRounded => "slqg-udp-rounded",

@@ -11,12 +11,14 @@
 //! | `steady` | one optimal law for a link: the project's own, LQG at the plant, hold, losses without delays |
 //! | `task` | one law for each cycle of a task that ends |
 //! | `channel` | one law for each state of a channel |
+//! | `adapting` | a link that changes: the law found by the core itself, or known beforehand |
 //! | `nominal` | the tables of a nominal controller that predicts its own loop |
 //! | `mpc` | the plan of model predictive control, as tables or as a problem to solve in every cycle |
 //! | `deadband` | the rule that sends by the change of the inputs |
 //!
 //! What is decided on the host in each cycle, beside the core, is [`crate::decision`]'s.
 
+mod adapting;
 mod channel;
 mod deadband;
 mod kind;
@@ -35,6 +37,7 @@ use nalgebra::DVector;
 use slqg::estimator::Merging;
 use slqg_links::loop_bus::LoopPlan;
 
+pub use adapting::{Change, DEFAULT_SLICES, LawToCome, TuningBasis};
 pub use deadband::{DEFAULT_DEADBAND, Deadband};
 pub use kind::Kind;
 pub use mpc::Constrained;
@@ -70,6 +73,14 @@ pub struct Contender {
     pub deadband: Option<Deadband>,
     /// The problem it solves in every cycle, with a law of zeros beside it; `None` for others.
     pub constrained: Option<Constrained>,
+    /// What it solves its own gains from; `None` for others.
+    pub tuning: Option<TuningBasis>,
+    /// Slices of that which fit into a cycle.
+    pub slices: usize,
+    /// What becomes of its link to the actuator during a run.
+    pub change: Option<Change>,
+    /// The law it then changes to, if it is told; `None` for others.
+    pub to_come: Option<LawToCome>,
     /// What a packet costs whether or not the controller minds; `None` where the design does not say.
     pub send_cost: Option<f64>,
     /// The reference from cycle 0 on, as far as it is looked ahead; empty where none is followed.
@@ -115,6 +126,8 @@ impl Contender {
             Kind::Slqg
             | Kind::SlqgAlways
             | Kind::SlqgNoPreview
+            | Kind::SlqgTuning
+            | Kind::SlqgTold
             | Kind::SlqgUdp
             | Kind::SlqgUdpRounded
             | Kind::Lqg
@@ -154,6 +167,10 @@ impl Contender {
             trigger: None,
             deadband: None,
             constrained: None,
+            tuning: None,
+            slices: DEFAULT_SLICES,
+            change: None,
+            to_come: None,
             send_cost: design.event.as_ref().map(|event| price(event.send_cost)),
             reference: Vec::new(),
             arrives_at_once: actuator_link.delays.arrival(0),

@@ -1,6 +1,6 @@
 //! Why a controller cannot be simulated, and what can be told of that from the design alone.
 
-use super::{Kind, channel::MOST_TABLES};
+use super::{Kind, adapting::can_be_tuned, channel::MOST_TABLES};
 use gain_gen::{
     design::{Acknowledgement, Design},
     solve::PreviewTooLong,
@@ -54,6 +54,17 @@ pub enum ContenderError {
         /// Inputs per sequence.
         length: usize,
     },
+    /// What the controller would not solve for itself would stay as it was.
+    #[error("`slqg-tuning` cannot go with {with}: {reason}; leave it out, or simulate `slqg`")]
+    TunesAlone {
+        /// The key.
+        with: &'static str,
+        /// Why.
+        reason: &'static str,
+    },
+    /// Of a bus the link cannot be taken alone.
+    #[error("a link on a bus cannot change during a run: what becomes of packets there is up to the traffic")]
+    ChangesOnBus,
     /// A task cannot decide whether to send.
     #[error(
         "`slqg-task` cannot be event-triggered: what sending is worth is known for a loop that goes on; leave [event] out, or simulate `slqg`"
@@ -80,6 +91,7 @@ pub(super) fn makes_sense(kind: Kind, design: &Design) -> Result<(), ContenderEr
         Kind::SlqgNoPreview if design.tracking.is_none() => {
             Err(ContenderError::Pointless { controller, table: "[tracking]" })
         }
+        Kind::SlqgTuning => can_be_tuned(design),
         Kind::SlqgTask if design.event.is_some() => Err(ContenderError::TriggeredTask),
         Kind::Mpc if design.tracking.is_some() => Err(ContenderError::FollowsNothing { controller }),
         Kind::SlqgChannel => {

@@ -1,6 +1,6 @@
 //! Controllers with one law that is optimal for some link: the design's own, or one that the designer believed in.
 
-use super::{Contender, ContenderError, Kind};
+use super::{Contender, ContenderError, Kind, TuningBasis};
 use gain_gen::{
     design::{DelayDistribution, Design, Link},
     solve::{LoopProblem, Method, PreviewGains, Solution, solve, trigger_tables},
@@ -50,6 +50,9 @@ impl Contender {
         self.weigh(&problem, design, &solution)?;
         self.learn_reference(design, steps)?;
         self.laws = vec![solution.law];
+        if self.kind == Kind::SlqgTuning {
+            self.tuning = Some(TuningBasis { problem });
+        }
         Ok(())
     }
 

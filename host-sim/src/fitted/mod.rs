@@ -4,6 +4,7 @@
 //! outputs than the design. The tables are padded in `tables`, what both ends are told beside them in `ends`.
 
 mod ends;
+mod following;
 mod tables;
 
 use crate::{
@@ -14,6 +15,7 @@ use crate::{
     size_class::{MEMORY, SimScalar},
 };
 use ends::{actuator, grid, joining, model};
+use following::{LaterLaw, TuningTables};
 use gain_gen::design::Design;
 use nalgebra::{DVector, SVector};
 use slqg::{
@@ -24,10 +26,13 @@ use slqg::{
     event::{self, InvalidTrigger},
     gains::{Gains, InvalidGains, Tables},
     tracking::{self, Feedforward, InvalidPreview},
+    tuning::InvalidTuner,
     wire::can::Grid,
 };
 use slqg_links::loop_bus::Role;
 use tables::{EventTables, LawTables, PreviewTables, event_tables, law_tables, preview_tables};
+
+pub use following::Following;
 
 /// Why a contender cannot be computed in the device's scalar.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
@@ -41,6 +46,9 @@ pub enum Unfit {
     /// The tables of the event trigger.
     #[error(transparent)]
     Trigger(#[from] InvalidTrigger),
+    /// The law that is solved for on the device.
+    #[error(transparent)]
+    Tuner(#[from] InvalidTuner),
 }
 
 /// Which law is in force in a cycle.
@@ -76,6 +84,10 @@ pub struct Fitted<T: Scalar, const NX: usize, const NU: usize, const NY: usize> 
     deadband: Option<Deadband>,
     /// What is solved in every cycle, and the law that tells what to expect.
     constrained: Option<(Constrained, LawTables<T>)>,
+    /// What the core solves its own gains from.
+    tuning: Option<TuningTables<T>>,
+    /// The law that it is told in some cycle.
+    later: Option<LaterLaw<T>>,
     /// `z_k` from cycle 0 on, beyond the end as far as it is looked ahead. Empty where no reference is followed.
     reference: Vec<SVector<T, NX>>,
     foresight: Foresight,
@@ -138,6 +150,8 @@ impl<T: SimScalar, const NX: usize, const NU: usize, const NY: usize> Fitted<T, 
                 .constrained
                 .as_ref()
                 .map(|problem| (problem.clone(), law_tables::<T, NX, NU>(&problem.probe))),
+            tuning: contender.tuning.as_ref().map(|basis| TuningTables::new::<NX, NU>(&basis.problem)),
+            later: LaterLaw::of::<NX, NU>(contender),
             reference: contender.reference.iter().map(vector).collect(),
             foresight: contender.foresight,
             model: model(design),
@@ -216,7 +230,7 @@ impl<T: SimScalar, const NX: usize, const NU: usize, const NY: usize> Fitted<T, 
             let tables = event::Tables { state, in_flight, sequence };
             T::check_trigger(length, default_input, *send_cost, tables)
         });
-        Ok(controller::Design {
+        let design = controller::Design {
             gains: self.gains(0, 0)?,
             model: &self.model,
             actuator: self.actuator,
@@ -227,7 +241,9 @@ impl<T: SimScalar, const NX: usize, const NU: usize, const NY: usize> Fitted<T, 
             arrives_at_once: self.arrives_at_once,
             merging: self.merging,
             grid: self.grid,
-        })
+        };
+        self.check_following(&design)?;
+        Ok(design)
     }
 
     /// The same for a controller that joins a loop that runs, whose state it does not know.

@@ -59,7 +59,7 @@ pub(super) struct BoardEnds<
 > {
     fitted: &'f Fitted<T, NX, NU, NY>,
     boards: Boards<'f>,
-    twin: CoreEnds<'f, T, NX, NU, NY, E>,
+    twin: CoreEnds<'f, 'f, T, NX, NU, NY, E>,
     nodes: [Option<Remote>; 2],
     cycle: usize,
     /// The first sample of the reference that the controller has not been sent.
@@ -76,7 +76,7 @@ impl<'f, T: SimScalar, const NX: usize, const NU: usize, const NY: usize, const 
     /// Starts both boards. The first cycle is 0.
     pub(super) fn start(
         fitted: &'f Fitted<T, NX, NU, NY>,
-        twin: CoreEnds<'f, T, NX, NU, NY, E>,
+        twin: CoreEnds<'f, 'f, T, NX, NU, NY, E>,
         boards: Boards<'f>,
     ) -> Result<Self, NodeFailure> {
         let mut ends = Self {

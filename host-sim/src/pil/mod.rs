@@ -116,7 +116,8 @@ impl<P: Fn() + Sync> Pil<'_, P> {
             },
             tracked: design.tracking.as_ref().map_or(0, |tracking| tracking.outputs()),
         };
-        let twin = CoreEnds::<T, NX, NU, NY, E>::new(&fitted, contender);
+        let mut memory = fitted.tuning_memory();
+        let twin = CoreEnds::<T, NX, NU, NY, E>::new(&fitted, contender, &mut memory);
         let mut ends = BoardEnds::start(&fitted, twin, boards)?;
         let mut network = Network::new(contender, fitted.carrier(), plan.seed, 0);
         let mut states = Vec::with_capacity(plan.cycles);

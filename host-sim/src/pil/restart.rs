@@ -1,6 +1,6 @@
 //! Nodes that are killed in the middle of a run, and come back.
 
-use crate::random::{Purpose, stream};
+use crate::random::common;
 use rand::Rng;
 use slqg::wire::Role;
 use std::ops::Range;
@@ -43,7 +43,7 @@ impl std::str::FromStr for Restart {
 /// `count` restarts of either node at random cycles of `cycles`, each away for up to `longest` cycles, in order and without
 /// two at once.
 pub fn at_random(count: usize, cycles: usize, longest: usize, seed: u64) -> Vec<Restart> {
-    let mut random = stream(seed, 0, Purpose::Restarts);
+    let mut random = common(seed);
     let room = cycles / count.max(1);
     (0..count)
         .map(|index| {

@@ -181,6 +181,16 @@ impl<
         self.filter.expected_input(&around(&self.design, &self.design.law(), &self.in_flight), tick)
     }
 
+    /// The age that cycle `tick` was acknowledged with; `None` if no acknowledgement has come, or it is too long ago.
+    pub fn acknowledged_age(&self, tick: Tick) -> Option<Age> {
+        self.filter.acknowledged_age(tick)
+    }
+
+    /// Whether a sequence was sent in cycle `tick`, as far as is remembered: longer than an acknowledgement may tell of.
+    pub fn has_sent(&self, tick: Tick) -> bool {
+        self.in_flight.made_at(tick).is_some()
+    }
+
     /// Takes a measurement or acknowledgement frame from the link; any number of them, in any order.
     ///
     /// # Errors

@@ -145,6 +145,11 @@ impl<
         self.memory.get(position).map(|cycle| cycle.known.is_some())
     }
 
+    /// The age that cycle `tick` was acknowledged with; `None` if it was not, is not over or is not remembered.
+    pub fn acknowledged_age(&self, tick: Tick) -> Option<Age> {
+        self.memory.iter().nth(self.position(tick)?)?.known
+    }
+
     /// Takes the age that was played in cycle `tick`, which is over. [`ModeFilter::filter`] makes it count.
     ///
     /// Returns whether the filter still remembers that cycle. Whether such a sequence was ever sent is for the caller to

@@ -38,10 +38,22 @@ impl<'p, 'w, T: Scalar> Synthesis<'p, 'w, T> {
     /// Names the slice whose length does not fit.
     pub fn new(problem: Problem<'p, T>, workspace: &'w mut [T]) -> Result<Self, InvalidProblem> {
         problem.check(workspace.len())?;
+        workspace.fill(T::zero());
+        Self::resume(problem, workspace)
+    }
+
+    /// A recursion with the cost-to-go and the gains that another one of the same dimensions has left in `workspace`: for
+    /// work that is done in slices. Plant, cost and link may have changed since.
+    ///
+    /// Before a [`super::LinearCost`] is stepped with it, it needs an [`Synthesis::optimal_step`] of its own.
+    ///
+    /// # Errors
+    /// Names the slice whose length does not fit.
+    pub fn resume(problem: Problem<'p, T>, workspace: &'w mut [T]) -> Result<Self, InvalidProblem> {
+        problem.check(workspace.len())?;
         let dimensions = problem.dimensions;
         let (rows, columns) = (dimensions.sequence_rows(), dimensions.gain_columns());
         let v = dimensions.in_flight_rows();
-        workspace.fill(T::zero());
         let (value, rest) = workspace.split_at_mut(dimensions.value_len());
         let (quadratic, rest) = rest.split_at_mut(rows * rows);
         let (factor, rest) = rest.split_at_mut(semidefinite::workspace_len(rows));

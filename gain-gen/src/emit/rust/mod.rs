@@ -4,12 +4,14 @@
 //! differently carry `#[rustfmt::skip]`.
 //!
 //! Here is what every design has. What replaces the law in a task of finite length is in `task`, what a reference adds in
-//! `tracking`, what an event trigger adds in `trigger`, what classic CAN adds in `grid`.
+//! `tracking`, what an event trigger adds in `trigger`, what classic CAN adds in `grid`, what a device needs that solves its own
+//! gains in `tuning`.
 
 mod grid;
 mod task;
 mod tracking;
 mod trigger;
+mod tuning;
 
 use super::EmitError;
 use super::literal::Table;
@@ -39,6 +41,7 @@ pub(super) fn source(report: &Report, origin: &str) -> Result<String, EmitError>
     parts.push(model(report)?);
     parts.extend(grid::grids(report)?);
     parts.push(nodes(report)?);
+    parts.extend(tuning::basis(report)?);
     Ok(parts.join("\n"))
 }
 
