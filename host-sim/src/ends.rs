@@ -13,7 +13,7 @@ use nalgebra::{SMatrix, SVector};
 use slqg::{
     Tick,
     actuator::{Actuator, Applied},
-    controller::{Controller, Design},
+    controller::{Controller, Design, Law},
     tuning, wire,
 };
 use std::convert::Infallible;
@@ -98,6 +98,14 @@ impl<'f, 'w, T: SimScalar, const NX: usize, const NU: usize, const NY: usize, co
     pub fn restart_controller(&mut self, tick: Tick) {
         self.controller = controller(self.fitted.joining_design(), self.contender, tick);
         self.decision = Decision::new(self.fitted);
+        if let Following::Told(..) = self.following {
+            self.following = Following::Nothing;
+        }
+    }
+
+    /// The law is another one from the next cycle on. It lasts until the controller is restarted.
+    pub fn replace_law(&mut self, law: Law<'f, T, NX, NU>) {
+        self.following = Following::Told(0, law);
     }
 
     /// The actuator has lost its memory and begins anew with cycle `tick`.

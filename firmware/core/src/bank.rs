@@ -7,7 +7,7 @@
 
 use crate::{
     DefaultInput, Scalar,
-    blob::{Shape, storage_len},
+    blob::{self, BlobError, DesignId, Shape, storage_len},
     controller::Law,
     gains::{Gains, InvalidGains, Tables},
 };
@@ -55,6 +55,26 @@ impl<T: Scalar, const NX: usize, const NU: usize, const LEN: usize> Bank<T, NX, 
     pub fn spare(&mut self) -> &mut [T] {
         let needed = storage_len(&self.shape());
         &mut self.sets[self.spare][..needed]
+    }
+
+    /// Puts the law of a blob in force, if it is one of the plant `expected` and of the bank's dimensions. `arrives_at_once` is
+    /// `q(0)` of the link, which a blob does not tell.
+    ///
+    /// # Errors
+    /// Says why it is not put in force; the law in force stays.
+    pub fn load(&mut self, blob: &[u8], expected: DesignId, arrives_at_once: T) -> Result<(), BlobError> {
+        let found = blob::header(blob)?;
+        let shape = self.shape();
+        let is_for_others =
+            (found.shape.states, found.shape.inputs) == (shape.states, shape.inputs) && found.shape != shape;
+        if is_for_others && found.design == expected {
+            return Err(BlobError::Sequence);
+        }
+        blob::load::<T, NX, NU>(blob, self.spare(), Some(expected))?;
+        self.switch(arrives_at_once).map_err(|error| match error {
+            InvalidLaw::Gains(gains) => BlobError::Gains(gains),
+            InvalidLaw::NotAProbability => BlobError::Gains(InvalidGains::NotAProbability),
+        })
     }
 
     /// Puts what was written to [`Bank::spare`] in force, and makes the other set spare. `arrives_at_once` is `q(0)` of the

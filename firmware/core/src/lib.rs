@@ -35,6 +35,7 @@ pub mod actuator;
 pub mod arrival;
 pub mod bank;
 pub mod blob;
+mod checksum;
 pub mod controller;
 pub mod estimator;
 pub mod event;

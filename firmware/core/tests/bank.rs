@@ -2,6 +2,7 @@
 
 use slqg::actuator::Settings;
 use slqg::bank::Bank;
+use slqg::blob::{BlobError, DesignId, Shape, encode, encoded_len};
 use slqg::controller::{CycleError, Design, InvalidDesign, Law};
 use slqg::gains::{Gains, Tables};
 use slqg::{DefaultInput, Tick};
@@ -45,4 +46,30 @@ fn a_law_of_another_length_is_refused_before_the_cycle_runs() {
     let outcome = controller.cycle_under(&Law { gains, arrives_at_once: 0.5 }, &mut [0; 64]).map(drop);
     assert_eq!(outcome, Err(CycleError::Law(InvalidDesign::Length)));
     assert_eq!(controller.tick(), Tick(7));
+}
+
+/// A law of halves and its blob for the plant `id`.
+fn blob(id: u32, length: usize) -> Vec<u8> {
+    let shape = Shape { length, states: 2, inputs: 1, default_input: DefaultInput::Zero };
+    let (lx, m, arrival) =
+        (vec![0.5; 2 * length], vec![0.5; length * (length - 1)], vec![0.5; length * (length - 1) / 2]);
+    let tables = Tables { lx: &lx, m: &m, arrival: &arrival };
+    let mut buffer = vec![0; encoded_len(&shape, 4)];
+    encode::<f32>(DesignId(id), &shape, &tables, &mut buffer).expect("gains").to_vec()
+}
+
+#[test]
+fn a_blob_comes_into_force_whole_or_not_at_all() {
+    let mut bank = Bank::<f32, 2, 1, 64>::new(LENGTH, DefaultInput::Zero).expect("it fits");
+    let load = |bank: &mut Bank<f32, 2, 1, 64>, blob: &[u8]| bank.load(blob, DesignId(7), 0.5);
+    assert_eq!(load(&mut bank, &blob(8, LENGTH)), Err(BlobError::Design(DesignId(8))));
+    assert_eq!(load(&mut bank, &blob(7, LENGTH - 1)), Err(BlobError::Sequence));
+    let mut damaged = blob(7, LENGTH);
+    damaged[20] ^= 1;
+    assert_eq!(load(&mut bank, &damaged), Err(BlobError::Checksum));
+    assert!(bank.law().is_none(), "nothing is in force");
+    assert_eq!(load(&mut bank, &blob(7, LENGTH)), Ok(()));
+    assert_eq!(bank.law().expect("now one is").gains.arrival(1, 0), 0.5);
+    assert_eq!(load(&mut bank, &damaged), Err(BlobError::Checksum));
+    assert!(bank.law().is_some(), "the one in force stays");
 }

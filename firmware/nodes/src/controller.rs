@@ -1,19 +1,24 @@
 //! The controller node: takes measurements, acknowledgements, references and the clock, sends control frames.
 
-use crate::board::{self, Board};
+use crate::board::{self, Board, Notice};
 use crate::clock::{Begin, Count};
-use crate::design::{self, DESIGN, INPUTS, OUTPUTS, SEQUENCE_LENGTH, Scalar};
-use crate::dimensions::{JOINING, TRACKED_OUTPUTS};
+use crate::design::{self, ACTUATOR, DESIGN, INPUTS, OUTPUTS, SEQUENCE_LENGTH, STATES, Scalar};
+use crate::dimensions::{DESIGN_ID, JOINING, TRACKED_OUTPUTS};
 use crate::health::Health;
 use crate::reference::{PER_FRAME, Window};
 use slqg::{
     Scalar as _, Tick,
+    bank::Bank,
+    blob::{self, BlobError, Reception, Shape},
     controller::Design,
-    wire::{self, Clock, Kind, Ran, Role},
+    wire::{self, Clock, Kind, Ran, Role, Verdict},
 };
 
+/// Most bytes of a blob in one frame.
+const PART: usize = 32;
 /// Bytes of the longest frame that is meant for this node.
 pub const LONGEST_IN: usize = longest(&[
+    wire::gains_part_len(PART),
     wire::measurement_len(OUTPUTS, Scalar::BYTES),
     wire::LONGEST_ACKNOWLEDGEMENT,
     wire::reference_len(TRACKED_OUTPUTS, PER_FRAME, Scalar::BYTES),
@@ -22,6 +27,10 @@ pub const LONGEST_IN: usize = longest(&[
 /// Bytes of the longest frame that it sends.
 pub const LONGEST_OUT: usize =
     longest(&[wire::control_len(INPUTS, SEQUENCE_LENGTH, Scalar::BYTES), wire::LONGEST_SERVICE]);
+
+/// The laws that the node takes.
+const SHAPE: Shape =
+    Shape { length: SEQUENCE_LENGTH, states: STATES, inputs: INPUTS, default_input: ACTUATOR.default_input };
 
 const fn longest(lengths: &[usize]) -> usize {
     let (mut longest, mut rest) = (0, lengths);
@@ -38,6 +47,9 @@ pub struct Node {
     controller: Option<design::Controller>,
     count: Count,
     reference: Window,
+    /// Gains that have come over the link; `None` where they would leave tables of the design behind.
+    bank: Option<Bank<Scalar, STATES, INPUTS, { blob::storage_len(&SHAPE) }>>,
+    reception: Reception<{ blob::encoded_len(&SHAPE, Scalar::BYTES) }>,
     /// Time spent on frames since the last cycle, in the board's ticks.
     taking: u32,
     health: Health,
@@ -50,6 +62,12 @@ impl Default for Node {
             controller: None,
             count: Count::default(),
             reference: Window::default(),
+            // Preview gains and trigger belong to the gains, and are not in a blob.
+            bank: match (&DESIGN.preview, &DESIGN.trigger) {
+                (None, None) => Bank::new(SHAPE.length, SHAPE.default_input),
+                _ => None,
+            },
+            reception: Reception::default(),
             taking: 0,
             health: Health::default(),
             frame: [0; LONGEST_OUT],
@@ -80,6 +98,7 @@ impl board::Node for Node {
             Some(Kind::Reference) => {
                 wire::decode_reference(frame).map(|reference| self.reference.take(&reference)).is_ok()
             }
+            Some(Kind::GainsPart) => self.replace_gains(frame, board),
             // Before the first clock frame nobody can tell how old it is.
             _ => self.controller.as_mut().is_some_and(|controller| controller.receive(frame).is_ok()),
         };
@@ -131,7 +150,10 @@ impl Node {
             let _ = controller.follow(self.reference.from(tick + 1));
         }
         // A frame that could not be written is one that is lost.
-        let sequence = controller.cycle(&mut self.frame).ok().flatten();
+        let sequence = match self.bank.as_ref().and_then(Bank::law) {
+            None => controller.cycle(&mut self.frame).ok().flatten(),
+            Some(law) => controller.cycle_under(&law, &mut self.frame).ok().flatten(),
+        };
         let sent = sequence.is_some();
         if let Some(sequence) = sequence {
             board.send(sequence);
@@ -142,5 +164,26 @@ impl Node {
         if let Ok(frame) = wire::encode_service::<Scalar, _>(tick, &Ran { sent, duration }, &mut self.frame) {
             board.send(frame);
         }
+    }
+
+    /// Takes a part of a blob. The gains of one that is whole and fits are in force from the next cycle on.
+    fn replace_gains(&mut self, frame: &[u8], board: &mut impl Board) -> bool {
+        let Ok(part) = wire::decode_gains_part::<Scalar>(frame) else { return false };
+        let answer = match (&mut self.bank, self.reception.take(&part)) {
+            (_, Err(answer)) => answer,
+            (bank, Ok(blob)) => {
+                let loaded = bank.as_mut().map_or(Err(BlobError::Sequence), |bank| {
+                    bank.load(blob, DESIGN_ID, DESIGN.arrives_at_once)
+                });
+                let verdict = loaded.map_or_else(Verdict::from, |()| Verdict::InForce);
+                board.note(Notice::Gains(verdict));
+                self.reception.answer(verdict)
+            }
+        };
+        let transfer = Tick(part.transfer);
+        if let Ok(frame) = wire::encode_service::<Scalar, _>(transfer, &answer, &mut self.frame) {
+            board.send(frame);
+        }
+        true
     }
 }

@@ -161,6 +161,17 @@ unsafe impl cortex_m::interrupt::InterruptNumber for Interrupt {
     }
 }
 
+unsafe extern "C" {
+    /// The function below, as the processor calls it.
+    #[link_name = "DefaultHandler"]
+    fn default_handler();
+}
+
+/// Interrupts that a board may have: the nodes use the first few, and a full table would be a kilobyte of flash.
+#[unsafe(link_section = ".vector_table.interrupts")]
+#[unsafe(no_mangle)]
+static __INTERRUPTS: [unsafe extern "C" fn(); 16] = [default_handler; 16];
+
 #[exception]
 fn SysTick() {
     ROUNDS_OVER.store(ROUNDS_OVER.load(Ordering::Relaxed).wrapping_add(1), Ordering::Relaxed);

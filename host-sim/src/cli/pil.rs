@@ -6,14 +6,24 @@ use super::{
     progress,
 };
 use clap::Args;
-use gain_gen::design::Design;
+use gain_gen::{
+    design::Design,
+    emit::{Output, design_id},
+    report::Report,
+    solve::Method,
+};
 use host_sim::{
     contender::{Contender, Kind},
-    pil::{self, Board, Pil, Plan, Request, Restart, Setup, Transport},
+    pil::{self, Board, Pil, Plan, Replacement, Request, Restart, Setup, Transport},
     size_class::{self, dispatch},
 };
 use slqg::DefaultInput;
-use std::{fmt::Display, path::PathBuf, time::Instant};
+use std::{
+    fmt::Display,
+    fs,
+    path::{Path, PathBuf},
+    time::Instant,
+};
 
 #[derive(Args)]
 pub(super) struct Options {
@@ -43,6 +53,12 @@ pub(super) struct Options {
     /// Kill either node in so many random cycles, and start it again up to 10 cycles later.
     #[arg(long, value_name = "COUNT")]
     restarts: Option<usize>,
+    /// Send the gains of this design to the controller while it runs; it must be of the same plant.
+    #[arg(long, value_name = "OTHER", requires = "gains_at")]
+    gains_of: Option<PathBuf>,
+    /// The cycle from which on they are sent, a part in each.
+    #[arg(long, value_name = "K", requires = "gains_of")]
+    gains_at: Option<usize>,
     /// Count the instructions of the controller's cycles.
     #[arg(long)]
     count: bool,
@@ -68,19 +84,53 @@ fn default_input(text: &str) -> Result<DefaultInput, String> {
     }
 }
 
-/// Random restarts: most cycles a node is away.
-const LONGEST_AWAY: usize = 10;
-
-/// Runs the loop on boards and prints whether they did what the simulator did. A difference is a failure.
-pub(super) fn pil(options: &Options) -> Result<(), Failure> {
-    let input = |error: &dyn Display| Failure::Input(error.to_string());
-    let mut design = Design::load(&options.design).map_err(|error| input(&error))?;
+/// A design with what the command line changes in it.
+fn load(options: &Options, path: &Path) -> Result<Design, Failure> {
+    let mut design = Design::load(path).map_err(|error| Failure::Input(error.to_string()))?;
     if let Some(default_input) = options.default_input {
         design.set_default_input(default_input);
     }
     if let Some(length) = options.sequence_length {
         design.set_sequence_length(length.into());
     }
+    Ok(design)
+}
+
+/// The gains of another design as a blob, and as a controller.
+fn replacement(
+    options: &Options,
+    path: &Path,
+    at: usize,
+    run: &Design,
+) -> Result<(Replacement, Design, Contender), Failure> {
+    let design = load(options, path)?;
+    let contender = Contender::new(Kind::Slqg, &design, options.cycles as usize)
+        .map_err(|error| refused(&error, &design, path))?;
+    let report = Report::new(&design, Method::InFlight);
+    // Of one file, whose path says nothing.
+    let files = Output::blob(path).files(&report, "").map_err(|error| wrong(path, &error))?;
+    let blob = files.into_iter().flat_map(|file| file.content).collect();
+    let dimensions = |design: &Design| {
+        let settings = &design.controller;
+        (
+            settings.sequence_length,
+            settings.default_input,
+            settings.scalar,
+            design.plant.states(),
+            design.plant.inputs(),
+        )
+    };
+    let fits = design_id(&design) == design_id(run) && dimensions(&design) == dimensions(run);
+    Ok((Replacement { at, blob, fits }, design, contender))
+}
+
+/// Random restarts: most cycles a node is away.
+const LONGEST_AWAY: usize = 10;
+
+/// Runs the loop on boards and prints whether they did what the simulator did. A difference is a failure.
+pub(super) fn pil(options: &Options) -> Result<(), Failure> {
+    let input = |error: &dyn Display| Failure::Input(error.to_string());
+    let design = load(options, &options.design)?;
     let wrong = |error: &dyn Display| wrong(&options.design, error);
     size_class::check(&design).map_err(|error| wrong(&error))?;
     let cycles = options.cycles as usize;
@@ -110,13 +160,22 @@ pub(super) fn pil(options: &Options) -> Result<(), Failure> {
     };
     let plan = Plan { cycles, seed: options.seed, setups, restarts };
 
+    let other = match options.gains_of.as_ref().zip(options.gains_at) {
+        Some((path, at)) => Some(replacement(options, path, at, &design)?),
+        None => None,
+    };
+
     let folder = tempfile::tempdir().map_err(|error| input(&error))?;
+    if let Some(logs) = &options.logs {
+        fs::create_dir_all(logs).map_err(|error| input(&format_args!("{}: {error}", logs.display())))?;
+    }
     let bar = progress(cycles, "cycles");
     let start = Instant::now();
     let run = Pil {
         design: &design,
         contender: &contender,
         plan: &plan,
+        replacement: other.as_ref().map(|(replacement, design, contender)| (replacement, design, contender)),
         folder: options.logs.as_deref().unwrap_or(folder.path()),
         done: || bar.inc(1),
     };

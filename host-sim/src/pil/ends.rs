@@ -8,6 +8,7 @@ use super::{
     emulator::Setup,
     frames::Dimensions,
     remote::{NodeFailure, Remote},
+    replacement::{Replacement, Transfer},
     restart::Restart,
 };
 use crate::{
@@ -19,7 +20,8 @@ use nalgebra::{SMatrix, SVector};
 use slqg::{
     Tick,
     actuator::{Age, Applied},
-    wire::{self, Kind, Ran, Role, Status},
+    controller::Law,
+    wire::{self, GainsAnswer, Kind, Ran, Role, Status, Verdict},
 };
 use std::path::Path;
 
@@ -27,13 +29,15 @@ use std::path::Path;
 const SAMPLES: usize = 8;
 
 /// What the boards are, and what happens to them.
-pub(super) struct Boards<'a> {
+pub(super) struct Boards<'a, T, const NX: usize, const NU: usize> {
     /// Of the controller and of the actuator.
     pub(super) setups: &'a [Setup; 2],
     /// For lines and logs.
     pub(super) folder: &'a Path,
     /// In order.
     pub(super) restarts: &'a [Restart],
+    /// Gains that are sent to the controller, and the law that they are in the size class.
+    pub(super) replacement: Option<(&'a Replacement, Law<'a, T, NX, NU>)>,
     /// The design's own dimensions.
     pub(super) dimensions: Dimensions,
     /// Tracked outputs.
@@ -58,9 +62,10 @@ pub(super) struct BoardEnds<
     const E: usize,
 > {
     fitted: &'f Fitted<T, NX, NU, NY>,
-    boards: Boards<'f>,
+    boards: Boards<'f, T, NX, NU>,
     twin: CoreEnds<'f, 'f, T, NX, NU, NY, E>,
     nodes: [Option<Remote>; 2],
+    transfer: Option<Transfer<'f>>,
     cycle: usize,
     /// The first sample of the reference that the controller has not been sent.
     next_sample: usize,
@@ -77,10 +82,12 @@ impl<'f, T: SimScalar, const NX: usize, const NU: usize, const NY: usize, const 
     pub(super) fn start(
         fitted: &'f Fitted<T, NX, NU, NY>,
         twin: CoreEnds<'f, 'f, T, NX, NU, NY, E>,
-        boards: Boards<'f>,
+        boards: Boards<'f, T, NX, NU>,
     ) -> Result<Self, NodeFailure> {
+        let transfer = boards.replacement.map(|(replacement, _)| Transfer::new(replacement));
         let mut ends = Self {
             fitted,
+            transfer,
             boards,
             twin,
             nodes: [None, None],
@@ -133,6 +140,23 @@ impl<'f, T: SimScalar, const NX: usize, const NU: usize, const NY: usize, const 
             let samples: Vec<_> = samples.iter().map(bytes).collect();
             let tick = (first + index * SAMPLES) as u32;
             node.send(&self.boards.dimensions.reference(tick, self.boards.tracked, &samples));
+        }
+    }
+
+    /// What became of the gains that were sent, and in which cycle all of them were there; `None` if none were.
+    pub(super) fn replaced(&self) -> Option<(Verdict, usize)> {
+        let transfer = self.transfer.as_ref()?;
+        Some((transfer.verdict.unwrap_or(Verdict::Incomplete), transfer.whole_in.unwrap_or(self.cycle)))
+    }
+
+    /// Sends the next part of the gains. The twin takes the law in the cycle in which the node has all of them.
+    fn send_gains(&mut self) {
+        let (Some(transfer), Some((replacement, law))) = (&mut self.transfer, self.boards.replacement) else {
+            return;
+        };
+        let Some(node) = &mut self.nodes[Role::Controller as usize] else { return };
+        if transfer.send::<T>(self.cycle, node) && replacement.fits {
+            self.twin.replace_law(law);
         }
     }
 
@@ -192,6 +216,7 @@ impl<T: SimScalar, const NX: usize, const NU: usize, const NY: usize, const E: u
         channel: impl Iterator<Item = usize>,
     ) -> Result<Option<&[u8]>, NodeFailure> {
         self.send_reference();
+        self.send_gains();
         let Some(node) = &mut self.nodes[Role::Controller as usize] else { return Ok(None) };
         let tick = Tick(cycle as u32);
         let Ok(expected) = self.twin.control(cycle, channel);
@@ -207,6 +232,10 @@ impl<T: SimScalar, const NX: usize, const NU: usize, const NY: usize, const E: u
                     self.durations.cycles += 1;
                     self.durations.total += u64::from(ran.duration);
                     self.durations.longest = self.durations.longest.max(ran.duration);
+                }
+                Some(Kind::GainsAnswer) => {
+                    let (_, answer) = node.read(wire::decode_service::<T, GainsAnswer>, frame)?;
+                    self.transfer.iter_mut().for_each(|transfer| transfer.answered(answer));
                 }
                 kind => return Err(node.damaged(format!("unexpected frame {kind:?}"))),
             }

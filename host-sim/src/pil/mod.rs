@@ -7,6 +7,7 @@
 //! | `frames` | frames of a size class to those of the design's own dimensions and back |
 //! | `ends` | both nodes as ends of the loop, with a twin in this process |
 //! | `difference` | the first thing in which board and simulator differ |
+//! | `replacement` | gains that are replaced while the loop runs |
 //! | `restart` | nodes that are killed and come back |
 //! | `images` | the programs for a design, built |
 //! | `outcome` | what a run came to, as text and JSON |
@@ -20,6 +21,7 @@ mod frames;
 mod images;
 mod outcome;
 mod remote;
+mod replacement;
 mod restart;
 
 use crate::{
@@ -34,7 +36,7 @@ use crate::{
 use ends::{BoardEnds, Boards};
 use frames::Dimensions;
 use gain_gen::design::Design;
-use slqg::estimator::Merging;
+use slqg::{controller::Law, estimator::Merging};
 use std::path::Path;
 
 pub use difference::Difference;
@@ -42,6 +44,7 @@ pub use emulator::{Board, Setup, Transport};
 pub use images::{NoImages, Request, build};
 pub use outcome::{Instructions, Outcome, Recovery};
 pub use remote::{NodeFailure, name};
+pub use replacement::Replacement;
 pub use restart::{NoRestart, Restart, at_random};
 
 /// Seed of the restarts and of the loop, cycles, and which boards.
@@ -77,6 +80,8 @@ pub struct Pil<'a, P> {
     pub contender: &'a Contender,
     /// What is done.
     pub plan: &'a Plan,
+    /// Gains that the controller gets on the way: as a blob, and the design and controller that they are of.
+    pub replacement: Option<(&'a Replacement, &'a Design, &'a Contender)>,
     /// For lines and logs.
     pub folder: &'a Path,
     /// Called after every cycle.
@@ -98,9 +103,17 @@ impl<P: Fn() + Sync> Pil<'_, P> {
     fn with<T: SimScalar, const NX: usize, const NU: usize, const NY: usize, const E: usize>(
         &self,
     ) -> Result<Outcome, PilError> {
-        let Self { design, contender, plan, folder, done } = self;
+        let Self { design, contender, plan, folder, done, replacement } = self;
         let fitted = Fitted::<T, NX, NU, NY>::new(design, contender);
         fitted.design()?;
+        let other = replacement.map(|(_, design, contender)| Fitted::<T, NX, NU, NY>::new(design, contender));
+        let law = match &other {
+            // A blob does not tell `q(0)`.
+            Some(other) => {
+                Some(Law { arrives_at_once: fitted.design()?.arrives_at_once, ..other.design()?.law() })
+            }
+            None => None,
+        };
         let run_plan = RunPlan { steps: plan.cycles, seed: plan.seed, run: 0 };
         let mut undisturbed = Vec::with_capacity(plan.cycles);
         let host = run(&fitted, contender, run_plan, |snapshot| undisturbed.push(*snapshot.state));
@@ -109,6 +122,7 @@ impl<P: Fn() + Sync> Pil<'_, P> {
             setups: &plan.setups,
             folder,
             restarts: &plan.restarts,
+            replacement: replacement.map(|(replacement, ..)| replacement).zip(law),
             dimensions: Dimensions {
                 scalar: T::BYTES.into(),
                 inputs: [design.plant.inputs(), NU],
@@ -141,6 +155,7 @@ impl<P: Fn() + Sync> Pil<'_, P> {
             all_finite,
             sent: result.sent,
             difference: ends.difference.take(),
+            replaced: ends.replaced(),
             recoveries: outcome::recoveries(&plan.restarts, &undisturbed, &states),
             instructions: plan.setups[0]
                 .counts

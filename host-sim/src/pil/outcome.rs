@@ -9,7 +9,7 @@ use super::{
 };
 use nalgebra::SVector;
 use serde_json::{Value, json};
-use slqg::wire::Status;
+use slqg::wire::{Status, Verdict};
 use std::fmt::Write;
 
 /// Cycles that the state must stay near that of the undisturbed run to count as recovered.
@@ -42,6 +42,8 @@ pub struct Outcome {
     pub sent: usize,
     /// The first difference between boards and simulator, if there is any.
     pub difference: Option<Difference>,
+    /// What became of gains that were sent to the controller, and in which cycle all of them were there.
+    pub replaced: Option<(Verdict, usize)>,
     /// What became of the loop after each restart.
     pub recoveries: Vec<Recovery>,
     /// What the controller's cycles cost, where instructions were counted.
@@ -114,7 +116,8 @@ pub(super) fn recoveries<const NX: usize>(
 impl Outcome {
     /// Whether boards and simulator agree to the bit, and nothing went wrong.
     pub fn is_good(&self) -> bool {
-        self.difference.is_none() && self.all_finite && !self.diverged
+        let is_replaced = self.replaced.is_none_or(|(verdict, _)| verdict == Verdict::InForce);
+        self.difference.is_none() && self.all_finite && !self.diverged && is_replaced
     }
 
     /// For people.
@@ -149,6 +152,9 @@ impl Outcome {
         }
         if !self.all_finite {
             line("INPUT", "not finite".into());
+        }
+        if let Some((verdict, cycle)) = self.replaced {
+            line("gains sent", format!("{} in cycle {cycle}", said(verdict)));
         }
         if !self.recoveries.is_empty() {
             line("restarts", self.recovered());
@@ -204,9 +210,24 @@ impl Outcome {
             "host_cost": self.host_cost, "board_cost": self.board_cost,
             "diverged": self.diverged, "all_finite": self.all_finite, "sent": self.sent,
             "restarts": self.recoveries.iter().map(recovery).collect::<Vec<_>>(),
+            "gains": self.replaced.map(|(verdict, cycle)| json!({ "verdict": said(verdict), "cycle": cycle })),
             "instructions": self.instructions.map(|count| json!({ "mean": count.mean, "longest": count.longest })),
             "controller": status(&self.controller), "actuator": status(&self.actuator),
         })
+    }
+}
+
+/// A verdict in words.
+fn said(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::Incomplete => "not all sent",
+        Verdict::InForce => "in force",
+        Verdict::TooLong => "refused as too long",
+        Verdict::Damaged => "refused as damaged",
+        Verdict::Format => "refused: another version or scalar",
+        Verdict::Design => "refused: for another plant",
+        Verdict::Dimensions => "refused: for another length or default input, or the node takes none",
+        Verdict::Numbers => "refused: no gains",
     }
 }
 

@@ -26,6 +26,8 @@ pub enum BlobError {
     States(u16),
     /// Gains for another number of inputs; holds the number found.
     Inputs(u16),
+    /// Gains for sequences of another length, or for another default input.
+    Sequence,
     /// The caller's storage is shorter than the tables.
     StorageTooSmall {
         /// Scalars that the tables take.
@@ -48,6 +50,7 @@ impl core::fmt::Display for BlobError {
             Self::Design(found) => write!(f, "gains of design {found}, not of the one expected"),
             Self::States(found) => write!(f, "gains for {found} states, not this loader's number"),
             Self::Inputs(found) => write!(f, "gains for {found} inputs, not this loader's number"),
+            Self::Sequence => f.write_str("gains for sequences of another length or another default input"),
             Self::StorageTooSmall { needed } => write!(f, "the tables take storage for {needed} numbers"),
             Self::Gains(reason) => reason.fmt(f),
         }

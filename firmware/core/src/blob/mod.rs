@@ -20,12 +20,14 @@
 //! told once.
 
 mod error;
+mod reception;
 
 pub use error::{BlobError, EncodeError};
+pub use reception::Reception;
 
+use crate::checksum::CHECKSUM;
 use crate::gains::{Gains, Tables};
 use crate::{DefaultInput, Scalar, arrival};
-use crc::{CRC_32_ISCSI, Crc};
 
 /// First bytes of every blob.
 pub const MAGIC: [u8; 4] = *b"slqg";
@@ -38,7 +40,6 @@ const HEADER_LEN: usize = 16;
 const CHECKSUM_LEN: usize = 4;
 const ZERO: u8 = 0;
 const HOLD: u8 = 1;
-const CHECKSUM: Crc<u32> = Crc::<u32>::new(&CRC_32_ISCSI);
 
 /// Which design gains belong to: a checksum of name, plant, cost and network, see `docs/blob-format.md`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,11 +1,9 @@
 //! Header and checksum around a payload; what payloads mean is in `payload`.
 
 use super::{DecodeError, EncodeError, VERSION};
-use crate::{Scalar, Tick};
-use crc::{CRC_32_ISCSI, Crc};
+use crate::{Scalar, Tick, checksum::CHECKSUM};
 use serde::{Deserialize, Serialize};
 
-const CHECKSUM: Crc<u32> = Crc::<u32>::new(&CRC_32_ISCSI);
 pub(super) const CHECKSUM_LEN: usize = 4;
 pub(super) const HEADER_LEN: usize = 7;
 
