@@ -63,7 +63,7 @@ fn compile_design() {
         false => "0".to_owned(),
     };
     let dimensions = format!(
-        "/// Which plant, cost and network the gains are for.\n\
+        "/// Which plant the gains are for.\n\
          pub const DESIGN_ID: slqg::blob::DesignId = slqg::blob::DesignId({:#010x});\n\
          /// Outputs that follow a reference.\n\
          pub const TRACKED_OUTPUTS: usize = {};\n\

@@ -5,17 +5,16 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use clap::ValueEnum;
+use serde_json::Value;
 
 use crate::nodes::Board;
 use crate::qemu::Qemu;
 use crate::workspace::Workspace;
-use crate::{Result, artifacts, nodes, process};
+use crate::{Result, artifacts, nodes, process, size};
 
 /// One run: which design, with what changed, for how long, and what happens in it.
 struct Run {
     design: &'static str,
-    /// Inputs per packet, where the design's are not taken.
-    sequence_length: Option<u8>,
     /// Whether the actuator holds the input applied last, where the design has it fall to zero.
     holds: bool,
     /// Whether acknowledgements are taken away.
@@ -23,7 +22,7 @@ struct Run {
 }
 
 const fn plain(design: &'static str) -> Run {
-    Run { design, sequence_length: None, holds: false, is_silent: false }
+    Run { design, holds: false, is_silent: false }
 }
 
 const fn held(design: &'static str) -> Run {
@@ -35,59 +34,85 @@ const fn silent(design: &'static str) -> Run {
 }
 
 /// Every way a loop can be, on a good and on a bad network.
-const RUNS: [Run; 15] = [
+const RUNS: [Run; 20] = [
     plain("double_integrator"),
     plain("double_integrator_bad"),
     held("double_integrator"),
+    held("double_integrator_bad"),
     silent("double_integrator"),
     silent("double_integrator_bad"),
     plain("pendulum"),
     plain("pendulum_bad"),
     held("pendulum"),
+    held("pendulum_bad"),
     silent("pendulum"),
+    silent("pendulum_bad"),
     plain("pendulum_event"),
     plain("pendulum_event_bad"),
     plain("drive_tracking"),
     plain("drive_tracking_bad"),
+    silent("drive_tracking"),
+    silent("drive_tracking_bad"),
     plain("drive_event"),
     plain("drive_event_bad"),
 ];
+/// What the nodes of the pendulum with eight inputs per packet may take: flash and RAM in bytes, stack included.
+const LIMITS: [(&str, u64, u64); 2] =
+    [("controller", 48 * 1024, 8 * 1024), ("actuator", 16 * 1024, 2 * 1024)];
+/// Inputs per packet in the test.
+const TESTED_LENGTH: u8 = 8;
 /// Cycles of each.
 const CYCLES: u32 = 10_000;
 
-/// `cargo xtask pil`: all of [`RUNS`]; prints what each came to.
+/// `cargo xtask pil`: all of [`RUNS`], a row of a table for each. Ends at the first difference, which `host-sim` then tells.
 pub(crate) fn pil(workspace: &Workspace) -> Result<()> {
     Qemu::find_or_install()?;
     let host_sim = host_sim(workspace)?;
     let folder = tempfile::tempdir()?;
+    println!("{:49}   controller        actuator", "");
+    println!("design                 loop            N  cycles    sent    flash    RAM    flash    RAM");
     for run in &RUNS {
-        let design = run.design_file(workspace, folder.path())?;
         let options = nodes::Options {
-            design: Some(design.clone()),
-            sequence_length: run.sequence_length,
+            design: Some(run.design_file(workspace, folder.path())?),
+            sequence_length: None,
             default_input: run.holds.then(|| "hold".to_owned()),
             board: Board::Mps2An386,
         };
-        loop_with(&host_sim, workspace, &options, &["--cycles", &CYCLES.to_string()])?;
+        let images = Images::build(workspace, &options)?;
+        let outcome = images.outcome(&host_sim, &options, CYCLES)?;
+        let number = |of: &str| outcome[of].as_u64().unwrap_or_default();
+        let (length, sent) = (number("sequence_length"), number("sent"));
+        print!("{:<22} {:<14} {length:>2} {CYCLES:>7} {sent:>7}", run.design, run.changed());
+        for (node, ..) in LIMITS {
+            print!("   {:>6} {:>6}", size::flash(images.0.binary(node)?)?, ram(&outcome, node)?);
+        }
+        println!();
     }
+    println!("every frame and every applied input of all of them equal, to the bit; flash and RAM in bytes");
     Ok(())
 }
 
-/// What every test run shows: both boards, both lines, and nodes that are killed; on the design that nodes are built for
-/// unless told otherwise.
+/// Variables and stack of a node, in bytes.
+fn ram(outcome: &Value, node: &str) -> Result<u64> {
+    let bytes = |of: &str| outcome[node][of].as_u64().ok_or_else(|| format!("no {node}.{of} in the outcome"));
+    Ok(bytes("stack")? + bytes("variables")?)
+}
+
+/// What every test run shows: both boards, both lines, nodes that are killed, and that the nodes are small.
 pub(crate) fn check(workspace: &Workspace) -> Result<()> {
     let host_sim = host_sim(workspace)?;
-    let design = Some(workspace.root.join("designs/pendulum.toml"));
     for board in [Board::Mps2An386, Board::Lm3s6965evb] {
-        let options =
-            nodes::Options { design: design.clone(), sequence_length: None, default_input: None, board };
-        let runs: [&[&str]; 2] = [
-            &["--transport", "uart", "--cycles", "200"],
-            &["--transport", "bulk", "--cycles", "2000", "--restarts", "10"],
-        ];
+        let options = nodes::Options {
+            design: Some(workspace.root.join("designs/pendulum.toml")),
+            sequence_length: Some(TESTED_LENGTH),
+            default_input: None,
+            board,
+        };
         let images = Images::build(workspace, &options)?;
-        for run in runs {
-            images.run(&host_sim, &options, run)?;
+        images.run(&host_sim, &options, &["--transport", "uart", "--cycles", "200"])?;
+        images.run(&host_sim, &options, &["--cycles", "2000", "--restarts", "10"])?;
+        if board == Board::Mps2An386 {
+            images.check_size(&host_sim, &options)?;
         }
     }
     Ok(())
@@ -96,10 +121,6 @@ pub(crate) fn check(workspace: &Workspace) -> Result<()> {
 fn host_sim(workspace: &Workspace) -> Result<PathBuf> {
     let built = artifacts::build(workspace.cargo().args(["build", "--workspace", "--bins"]))?;
     Ok(built.binary("host-sim")?.to_owned())
-}
-
-fn loop_with(host_sim: &Path, workspace: &Workspace, options: &nodes::Options, run: &[&str]) -> Result<()> {
-    Images::build(workspace, options)?.run(host_sim, options, run)
 }
 
 /// The nodes' programs for a design and a board.
@@ -115,6 +136,30 @@ impl Images {
 
     /// A difference in one bit is an error.
     fn run(&self, host_sim: &Path, options: &nodes::Options, run: &[&str]) -> Result<()> {
+        process::run(&mut self.command(host_sim, options, run)?)
+    }
+
+    /// Holds flash, and the RAM of a run, against [`LIMITS`].
+    fn check_size(&self, host_sim: &Path, options: &nodes::Options) -> Result<()> {
+        let outcome = self.outcome(host_sim, options, 2000)?;
+        for (node, most_flash, most_ram) in LIMITS {
+            let flash = size::flash(self.0.binary(node)?)?;
+            let ram = ram(&outcome, node)?;
+            eprintln!("{node}: flash {flash} of {most_flash} bytes, RAM {ram} of {most_ram}");
+            if flash > most_flash || ram > most_ram {
+                return Err(format!("the {node} node has outgrown its limits").into());
+            }
+        }
+        Ok(())
+    }
+
+    /// What a run came to, as `host-sim` tells it; a difference in one bit is an error.
+    fn outcome(&self, host_sim: &Path, options: &nodes::Options, cycles: u32) -> Result<Value> {
+        let run = ["--cycles", &cycles.to_string(), "--json"];
+        Ok(serde_json::from_str(&process::stdout_of(&mut self.command(host_sim, options, &run)?)?)?)
+    }
+
+    fn command(&self, host_sim: &Path, options: &nodes::Options, run: &[&str]) -> Result<Command> {
         let suffix = if run.contains(&"uart") { "" } else { "_bulk" };
         let mut command = Command::new(host_sim);
         command.arg("pil").args(&options.design).args(run);
@@ -129,11 +174,20 @@ impl Images {
         }
         command.arg("--controller-image").arg(self.0.binary(&format!("controller{suffix}"))?);
         command.arg("--actuator-image").arg(self.0.binary(&format!("actuator{suffix}"))?);
-        process::run(&mut command)
+        Ok(command)
     }
 }
 
 impl Run {
+    /// What is changed in the design.
+    fn changed(&self) -> &'static str {
+        match (self.holds, self.is_silent) {
+            (true, _) => "held",
+            (_, true) => "unacknowledged",
+            _ => "as it is",
+        }
+    }
+
     /// The design as it is, or a copy without acknowledgements.
     fn design_file(&self, workspace: &Workspace, folder: &Path) -> Result<PathBuf> {
         let file = workspace.root.join("designs").join(self.design).with_extension("toml");

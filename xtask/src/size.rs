@@ -33,6 +33,11 @@ pub(crate) fn size(workspace: &Workspace) -> Result<()> {
     Ok(())
 }
 
+/// Bytes of flash that an image takes.
+pub(crate) fn flash(image: &Path) -> Result<u64> {
+    of(image).map(|Size { text, data, .. }| text + data)
+}
+
 fn of(image: &Path) -> Result<Size> {
     let bytes = fs::read(image).map_err(|error| format!("cannot read {}: {error}", image.display()))?;
     let file = object::File::parse(&*bytes).map_err(|error| format!("{}: {error}", image.display()))?;
