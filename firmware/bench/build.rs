@@ -34,11 +34,11 @@ fn main() {
     }
 }
 
-/// Puts `memory.x` where the linker looks, and asks for cortex-m-rt's `link.x`, which includes it.
+/// Puts `memory.x` where the linker looks (its working folder, the root of the workspace, must have none), and asks for cortex-m-rt's `link.x`, which includes it.
 fn link_for_board() {
     let root = PathBuf::from(env::var_os("CARGO_MANIFEST_DIR").expect("cargo sets CARGO_MANIFEST_DIR"));
     let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets OUT_DIR"));
-    let memory = root.join("../../memory.x");
+    let memory = root.join("memory.x");
     fs::copy(&memory, out.join("memory.x"))
         .unwrap_or_else(|error| panic!("cannot copy {}: {error}", memory.display()));
     println!("cargo:rerun-if-changed={}", memory.display());

@@ -5,7 +5,7 @@
 //! | `SLQG_DESIGN` | the design file, from the root of the workspace | `designs/pendulum.toml` |
 //! | `SLQG_SEQUENCE_LENGTH` | inputs per sequence | as in the design |
 //! | `SLQG_DEFAULT_INPUT` | `zero` or `hold` | as in the design |
-//! | `SLQG_BOARD` | a folder of `boards/` | by the target |
+//! | `SLQG_BOARD` | a folder of `boards/`, or `other`: the program for the board is another crate's | by the target |
 
 use gain_gen::{
     build::Compile,
@@ -112,8 +112,14 @@ fn link_for_board() {
     let board = variable("SLQG_BOARD").unwrap_or_else(|| match target.as_str() {
         "thumbv7em-none-eabihf" => "mps2_an386".to_owned(),
         "thumbv7m-none-eabi" => "lm3s6965evb".to_owned(),
-        _ => panic!("no board is known for {target}: set SLQG_BOARD to a folder of firmware/nodes/boards"),
+        _ => panic!(
+            "no board is known for {target}: set SLQG_BOARD to a folder of firmware/nodes/boards, or to other"
+        ),
     });
+    if board == "other" {
+        return;
+    }
+    println!("cargo:rustc-cfg=board");
     println!("cargo:rustc-cfg=board=\"{board}\"");
     let memory = folder("CARGO_MANIFEST_DIR").join("boards").join(&board).join("memory.x");
     let out = folder("OUT_DIR");

@@ -7,7 +7,7 @@ use std::time::Instant;
 use crate::qemu::Qemu;
 use crate::toolchain::Toolchain;
 use crate::workspace::Workspace;
-use crate::{Result, firmware, panics, pil, process, target_bench};
+use crate::{Result, examples, firmware, panics, pil, process, target_bench};
 
 /// `cargo xtask test`. Stops at the first failure.
 pub(crate) fn test(workspace: &Workspace) -> Result<()> {
@@ -35,6 +35,7 @@ pub(crate) fn test(workspace: &Workspace) -> Result<()> {
         built if built.warned => Err("the compiler warns about code for the board".into()),
         built => Ok(built),
     })?;
+    step("example on a CAN bus", || examples::check(workspace, &toolchain))?;
     step("no panic from received bytes", || panics::check(&built))?;
     step("board against host", || firmware::compare(workspace, &qemu, &built))?;
     step("instruction counts", || target_bench::check(workspace, &qemu, &toolchain, &built))?;

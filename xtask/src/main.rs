@@ -15,6 +15,7 @@ mod checks;
 mod counts;
 mod demo;
 mod distribution;
+mod examples;
 mod firmware;
 mod nodes;
 mod packages;

@@ -6,6 +6,7 @@
 //! | `actuator` | the actuator node likewise, and when it goes to its safe state |
 //! | `clock` | which cycle a node is in, and who begins the next one |
 //! | `reference` | samples of the reference that are known ahead |
+//! | `can` | a node's line over a CAN bus, through the traits of `embedded-can` |
 //! | `board` | what node and board need of each other |
 //! | `health` | what a node tells of itself |
 //! | `boards/` | one file for each board: UART, watchdog, memory |
@@ -15,24 +16,26 @@
 //! | `log` | log messages over the board's second UART, in defmt's format |
 //!
 //! The control law, the estimator, the actuator and the frames are the crate `slqg`'s; nothing of them is here. Design and
-//! board are chosen when the nodes are built, see `build.rs`. On the host everything but the boards compiles, for tests.
+//! board are chosen when the nodes are built, see `build.rs`. On the host, and for boards that other
+//! crates have (`firmware/examples`), everything but the boards compiles.
 #![no_std]
 #![deny(unsafe_code)]
 
 pub mod actuator;
 pub mod board;
+pub mod can;
 pub mod clock;
 pub mod controller;
 mod health;
 mod reference;
 
-#[cfg(target_os = "none")]
+#[cfg(board)]
 pub mod bulk;
-#[cfg(target_os = "none")]
+#[cfg(board)]
 mod log;
-#[cfg(target_os = "none")]
+#[cfg(board)]
 mod memory;
-#[cfg(target_os = "none")]
+#[cfg(board)]
 pub mod program;
 
 #[cfg(board = "lm3s6965evb")]

@@ -1,0 +1,12 @@
+//! The actuator node on a CAN bus.
+#![no_std]
+#![no_main]
+#![forbid(unsafe_code)]
+
+use slqg::wire::Role;
+use slqg_nodes::actuator::Node;
+
+#[cortex_m_rt::entry]
+fn main() -> ! {
+    slqg_stm32f407_can::program::run(Node::default(), Role::Actuator)
+}
