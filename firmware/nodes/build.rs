@@ -5,6 +5,7 @@
 //! | `SLQG_DESIGN` | the design file, from the root of the workspace | `designs/pendulum.toml` |
 //! | `SLQG_SEQUENCE_LENGTH` | inputs per sequence | as in the design |
 //! | `SLQG_DEFAULT_INPUT` | `zero` or `hold` | as in the design |
+//! | `DEFMT_LOG` | least level of messages that are kept | `info` |
 //! | `SLQG_BOARD` | a folder of `boards/`, or `other`: the program for the board is another crate's | by the target |
 
 use gain_gen::{
@@ -21,6 +22,10 @@ use std::{
 
 fn main() {
     println!("cargo:rerun-if-changed=build.rs");
+    if variable("DEFMT_LOG").is_none() {
+        // Without it defmt keeps errors only.
+        println!("cargo:rustc-env=DEFMT_LOG=info");
+    }
     compile_design();
     if env::var("CARGO_CFG_TARGET_OS").as_deref() == Ok("none") {
         link_for_board();

@@ -96,6 +96,8 @@ impl<'b> Writer<'b> {
         self.put(&u8::try_from(count).map_err(|_| EncodeError::TooMany)?)
     }
 
+    // As `Reader::open`.
+    #[inline(never)]
     pub(super) fn seal(self) -> Result<&'b [u8], EncodeError> {
         let end = self.written + CHECKSUM_LEN;
         let frame = self.buffer.get_mut(..end).ok_or(EncodeError::BufferTooSmall)?;
@@ -111,6 +113,8 @@ pub(super) struct Reader<'f> {
 }
 
 impl<'f> Reader<'f> {
+    // Once in flash, for all the kinds of frames that a node reads.
+    #[inline(never)]
     pub(super) fn open<T: Scalar>(frame: &'f [u8], kind: Kind) -> Result<(Tick, Self), DecodeError> {
         if frame.len() < HEADER_LEN + CHECKSUM_LEN {
             return Err(DecodeError::TooShort);
