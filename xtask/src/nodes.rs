@@ -22,6 +22,9 @@ pub(crate) struct Options {
     /// What the actuator does when its buffer has run out, instead of the design's: zero or hold
     #[arg(long, requires = "design")]
     pub(crate) default_input: Option<String>,
+    /// Also build the controller that solves its own gains
+    #[arg(long, requires = "design")]
+    pub(crate) tuning: bool,
     /// The board that the nodes are for
     #[arg(long, value_enum, default_value_t = Board::Mps2An386, requires = "design")]
     pub(crate) board: Board,
@@ -61,6 +64,9 @@ pub(crate) fn build(workspace: &Workspace, options: &Options) -> Result<Built> {
     let start = Instant::now();
     let mut command = toolchain.cargo_build(workspace);
     command.args(["--package", "slqg-nodes", "--bins", "--profile", "firmware"]);
+    if options.tuning {
+        command.args(["--features", "tuning"]);
+    }
     if let Some(design) = &options.design {
         let design =
             design.canonicalize().map_err(|error| format!("--design: {}: {error}", design.display()))?;

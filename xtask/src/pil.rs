@@ -76,6 +76,7 @@ pub(crate) fn pil(workspace: &Workspace) -> Result<()> {
             design: Some(run.design_file(workspace, folder.path())?),
             sequence_length: None,
             default_input: run.holds.then(|| "hold".to_owned()),
+            tuning: false,
             board: Board::Mps2An386,
         };
         let images = Images::build(workspace, &options)?;
@@ -106,6 +107,7 @@ pub(crate) fn check(workspace: &Workspace) -> Result<()> {
             design: Some(workspace.root.join("designs/pendulum.toml")),
             sequence_length: Some(TESTED_LENGTH),
             default_input: None,
+            tuning: false,
             board,
         };
         let images = Images::build(workspace, &options)?;

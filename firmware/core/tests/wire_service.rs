@@ -6,9 +6,9 @@ use slqg::actuator::{Age, Applied};
 use slqg::nalgebra::SVector;
 use slqg::wire::{
     Clock, DecodeError, GainsAnswer, GainsPart, Kind, LONGEST_SERVICE, Question, Ran, Reference, Role,
-    Service, Status, Verdict, applied_len, decode_applied, decode_gains_part, decode_reference,
-    decode_service, encode_applied, encode_gains_part, encode_reference, encode_service, gains_part_len,
-    reference_len,
+    Service, Status, Tuned, TuningStep, Verdict, applied_len, decode_applied, decode_gains_part,
+    decode_reference, decode_service, encode_applied, encode_gains_part, encode_reference, encode_service,
+    gains_part_len, reference_len,
 };
 use std::fmt::Debug;
 
@@ -33,6 +33,8 @@ fn frames_of_fixed_length_are_the_golden_bytes() {
     let answer = GainsAnswer { received: 0x0102, verdict: Verdict::Design };
     golden(tick, answer, &[1, 8, 4, 1, 2, 3, 4, 2, 1, 5]);
     golden(tick, Question {}, &[1, 10, 4, 1, 2, 3, 4]);
+    let tuned = Tuned { step: TuningStep::Switched, steps: 0x0102, value: 0.5 };
+    golden(tick, tuned, &[1, 12, 4, 1, 2, 3, 4, 1, 2, 1, 0, 0, 0, 0, 0, 0x3f]);
     let status = Status {
         role: Role::Actuator,
         cycles: 1,

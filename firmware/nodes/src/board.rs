@@ -1,7 +1,11 @@
 //! What a node needs of its board, and the board of its node, as traits: nodes are tested with a board made of memory.
 
 use crate::design::{INPUTS, Scalar};
-use slqg::{Tick, actuator::Applied, wire::Verdict};
+use slqg::{
+    Tick,
+    actuator::Applied,
+    wire::{TuningStep, Verdict},
+};
 
 /// A board as its node sees it.
 pub trait Board {
@@ -56,6 +60,8 @@ pub enum Notice {
     Safe,
     /// A blob of gains has come to an end.
     Gains(Verdict),
+    /// A controller that tunes itself has done something about its gains.
+    Tuned(TuningStep),
     /// A frame changed nothing; holds what kind it said it was, 0 if nothing.
     Rejected(u8),
 }

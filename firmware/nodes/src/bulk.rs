@@ -5,7 +5,7 @@
 #![allow(unsafe_code)]
 
 use crate::board::{Board, Node, Notice, Usage};
-use crate::{log, memory};
+use crate::{hardware, log, memory};
 use core::cell::Cell;
 use cortex_m::peripheral::{SYST, syst::SystClkSource};
 use cortex_m_semihosting::{debug, nr, syscall};
@@ -24,6 +24,8 @@ const RELOAD: u32 = 0x00ff_ffff;
 /// Runs a node over the files `BASE.in` and `BASE.out`, `BASE` being the last word of the command line. Ends when there is
 /// nothing more to read. Constants as those of [`crate::program::run`].
 pub fn run<N: Node, const IN: usize, const STUFFED: usize>(mut node: N) -> ! {
+    // For the log; the line's interrupts stay masked.
+    hardware::start();
     let mut timer = unsafe { cortex_m::Peripherals::steal() }.SYST; // SAFETY: called once, nobody else uses the timer.
     timer.set_clock_source(SystClkSource::Core);
     timer.set_reload(RELOAD);

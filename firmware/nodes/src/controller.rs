@@ -2,23 +2,20 @@
 
 use crate::board::{self, Board, Notice};
 use crate::clock::{Begin, Count};
-use crate::design::{self, ACTUATOR, DESIGN, INPUTS, OUTPUTS, SEQUENCE_LENGTH, STATES, Scalar};
-use crate::dimensions::{DESIGN_ID, JOINING, TRACKED_OUTPUTS};
+use crate::design::{self, DESIGN, INPUTS, OUTPUTS, SEQUENCE_LENGTH, Scalar};
+use crate::dimensions::{JOINING, TRACKED_OUTPUTS};
 use crate::health::Health;
+use crate::laws::{LARGEST_PART, Laws, Sent};
 use crate::reference::{PER_FRAME, Window};
 use slqg::{
     Scalar as _, Tick,
-    bank::Bank,
-    blob::{self, BlobError, Reception, Shape},
     controller::Design,
     wire::{self, Clock, Kind, Ran, Role, Verdict},
 };
 
-/// Most bytes of a blob in one frame.
-const PART: usize = 32;
 /// Bytes of the longest frame that is meant for this node.
 pub const LONGEST_IN: usize = longest(&[
-    wire::gains_part_len(PART),
+    wire::gains_part_len(LARGEST_PART),
     wire::measurement_len(OUTPUTS, Scalar::BYTES),
     wire::LONGEST_ACKNOWLEDGEMENT,
     wire::reference_len(TRACKED_OUTPUTS, PER_FRAME, Scalar::BYTES),
@@ -27,10 +24,6 @@ pub const LONGEST_IN: usize = longest(&[
 /// Bytes of the longest frame that it sends.
 pub const LONGEST_OUT: usize =
     longest(&[wire::control_len(INPUTS, SEQUENCE_LENGTH, Scalar::BYTES), wire::LONGEST_SERVICE]);
-
-/// The laws that the node takes.
-const SHAPE: Shape =
-    Shape { length: SEQUENCE_LENGTH, states: STATES, inputs: INPUTS, default_input: ACTUATOR.default_input };
 
 const fn longest(lengths: &[usize]) -> usize {
     let (mut longest, mut rest) = (0, lengths);
@@ -41,15 +34,13 @@ const fn longest(lengths: &[usize]) -> usize {
     longest
 }
 
-/// The controller end of the loop, with a host and a clock.
-pub struct Node {
+/// The controller end of the loop, with a host and a clock; `L` is where its gains come from beside its design.
+pub struct Node<L = Sent> {
     /// `None` until the clock tells which cycle it is.
     controller: Option<design::Controller>,
     count: Count,
     reference: Window,
-    /// Gains that have come over the link; `None` where they would leave tables of the design behind.
-    bank: Option<Bank<Scalar, STATES, INPUTS, { blob::storage_len(&SHAPE) }>>,
-    reception: Reception<{ blob::encoded_len(&SHAPE, Scalar::BYTES) }>,
+    laws: L,
     /// Time spent on frames since the last cycle, in the board's ticks.
     taking: u32,
     health: Health,
@@ -58,16 +49,18 @@ pub struct Node {
 
 impl Default for Node {
     fn default() -> Self {
+        Self::new(Sent::default())
+    }
+}
+
+impl<L: Laws> Node<L> {
+    /// A node that knows nothing yet.
+    pub fn new(laws: L) -> Self {
         Self {
             controller: None,
             count: Count::default(),
             reference: Window::default(),
-            // Preview gains and trigger belong to the gains, and are not in a blob.
-            bank: match (&DESIGN.preview, &DESIGN.trigger) {
-                (None, None) => Bank::new(SHAPE.length, SHAPE.default_input),
-                _ => None,
-            },
-            reception: Reception::default(),
+            laws,
             taking: 0,
             health: Health::default(),
             frame: [0; LONGEST_OUT],
@@ -75,7 +68,7 @@ impl Default for Node {
     }
 }
 
-impl board::Node for Node {
+impl<L: Laws> board::Node for Node<L> {
     fn start(&mut self, board: &mut impl Board) {
         self.health.tell(Role::Controller, &self.count, &mut self.frame, board);
     }
@@ -119,7 +112,7 @@ impl board::Node for Node {
     }
 }
 
-impl Node {
+impl<L: Laws> Node<L> {
     fn begin(&mut self, begin: Begin, board: &mut impl Board) {
         match begin {
             Begin::Nothing => return,
@@ -150,7 +143,8 @@ impl Node {
             let _ = controller.follow(self.reference.from(tick + 1));
         }
         // A frame that could not be written is one that is lost.
-        let sequence = match self.bank.as_ref().and_then(Bank::law) {
+        self.laws.observe(controller);
+        let sequence = match self.laws.law() {
             None => controller.cycle(&mut self.frame).ok().flatten(),
             Some(law) => controller.cycle_under(&law, &mut self.frame).ok().flatten(),
         };
@@ -161,25 +155,24 @@ impl Node {
         let duration = self.taking.wrapping_add(board.elapsed(begin));
         self.taking = 0;
         self.health.ran();
+        // The frame is on its way: what is done now delays nothing but what comes before the next cycle.
+        if let Some(tuned) = self.laws.work() {
+            board.note(Notice::Tuned(tuned.step));
+            if let Ok(frame) = wire::encode_service::<Scalar, _>(tick, &tuned, &mut self.frame) {
+                board.send(frame);
+            }
+        }
         if let Ok(frame) = wire::encode_service::<Scalar, _>(tick, &Ran { sent, duration }, &mut self.frame) {
             board.send(frame);
         }
     }
 
-    /// Takes a part of a blob. The gains of one that is whole and fits are in force from the next cycle on.
     fn replace_gains(&mut self, frame: &[u8], board: &mut impl Board) -> bool {
         let Ok(part) = wire::decode_gains_part::<Scalar>(frame) else { return false };
-        let answer = match (&mut self.bank, self.reception.take(&part)) {
-            (_, Err(answer)) => answer,
-            (bank, Ok(blob)) => {
-                let loaded = bank.as_mut().map_or(Err(BlobError::Sequence), |bank| {
-                    bank.load(blob, DESIGN_ID, DESIGN.arrives_at_once)
-                });
-                let verdict = loaded.map_or_else(Verdict::from, |()| Verdict::InForce);
-                board.note(Notice::Gains(verdict));
-                self.reception.answer(verdict)
-            }
-        };
+        let answer = self.laws.take(&part);
+        if answer.verdict != Verdict::Incomplete {
+            board.note(Notice::Gains(answer.verdict));
+        }
         let transfer = Tick(part.transfer);
         if let Ok(frame) = wire::encode_service::<Scalar, _>(transfer, &answer, &mut self.frame) {
             board.send(frame);

@@ -4,6 +4,7 @@
 //! |---|---|
 //! | `controller` | the controller node: frames from its host in, frames out |
 //! | `actuator` | the actuator node likewise, and when it goes to its safe state |
+//! | `laws/` | where gains come from beside the design: over the link, or solved for on the device |
 //! | `clock` | which cycle a node is in, and who begins the next one |
 //! | `reference` | samples of the reference that are known ahead |
 //! | `can` | a node's line over a CAN bus, through the traits of `embedded-can` |
@@ -27,6 +28,7 @@ pub mod can;
 pub mod clock;
 pub mod controller;
 mod health;
+pub mod laws;
 mod reference;
 
 #[cfg(board)]

@@ -5,6 +5,7 @@ use crate::board::Notice;
 use crate::hardware;
 use core::cell::UnsafeCell;
 use critical_section::RestoreState;
+use slqg::wire::TuningStep;
 
 /// One message at a time, interrupts masked.
 struct State {
@@ -60,6 +61,9 @@ pub(crate) fn note(notice: Notice) {
         Notice::Realigned(tick) => defmt::warn!("begins anew with cycle {=u32}", tick.0),
         Notice::Safe => defmt::warn!("no cycle for too long: safe input"),
         Notice::Gains(verdict) => defmt::info!("gains: verdict {=u8}", verdict as u8),
+        Notice::Tuned(TuningStep::Started) => defmt::info!("the link has changed: solving"),
+        Notice::Tuned(TuningStep::Switched) => defmt::info!("new gains in force"),
+        Notice::Tuned(TuningStep::Kept) => defmt::warn!("no gains found: those in force stay"),
         Notice::Rejected(kind) => defmt::debug!("frame of kind {=u8} changed nothing", kind),
     }
 }

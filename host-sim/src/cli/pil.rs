@@ -13,7 +13,7 @@ use gain_gen::{
     solve::Method,
 };
 use host_sim::{
-    contender::{Contender, Kind},
+    contender::{Change, Contender, Kind},
     pil::{self, Board, Pil, Plan, Replacement, Request, Restart, Setup, Transport},
     size_class::{self, dispatch},
 };
@@ -59,6 +59,15 @@ pub(super) struct Options {
     /// The cycle from which on they are sent, a part in each.
     #[arg(long, value_name = "K", requires = "gains_of")]
     gains_at: Option<usize>,
+    /// The controller solves its own gains when its link has changed.
+    #[arg(long, conflicts_with_all = ["gains_of", "restart", "restarts"])]
+    tuning: bool,
+    /// In cycle --at the link to the actuator becomes that of this design.
+    #[arg(long, value_name = "OTHER", requires = "at")]
+    changes_to: Option<PathBuf>,
+    /// The cycle in which the link changes.
+    #[arg(long, value_name = "K", requires = "changes_to")]
+    at: Option<usize>,
     /// Count the instructions of the controller's cycles.
     #[arg(long)]
     count: bool,
@@ -134,8 +143,13 @@ pub(super) fn pil(options: &Options) -> Result<(), Failure> {
     let wrong = |error: &dyn Display| wrong(&options.design, error);
     size_class::check(&design).map_err(|error| wrong(&error))?;
     let cycles = options.cycles as usize;
-    let contender = Contender::new(Kind::Slqg, &design, cycles)
-        .map_err(|error| refused(&error, &design, &options.design))?;
+    let kind = if options.tuning { Kind::SlqgTuning } else { Kind::Slqg };
+    let refuse = |error| refused(&error, &design, &options.design);
+    let mut contender = Contender::new(kind, &design, cycles).map_err(refuse)?;
+    if let Some((path, cycle)) = options.changes_to.as_ref().zip(options.at) {
+        let link = load(options, path)?.network.controller_to_actuator;
+        contender.meet(Change { link, cycle }, &design).map_err(refuse)?;
+    }
 
     let images = match options.controller_image.clone().zip(options.actuator_image.clone()) {
         Some((controller, actuator)) => [controller, actuator],
@@ -145,6 +159,7 @@ pub(super) fn pil(options: &Options) -> Result<(), Failure> {
             default_input: options.default_input,
             board: options.board,
             transport: options.transport,
+            tunes: options.tuning,
         })
         .map_err(|error| input(&error))?,
     };

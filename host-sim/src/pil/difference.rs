@@ -1,7 +1,11 @@
 //! The first thing in which a board and the simulator differ.
 
 use crate::size_class::{LONGEST_SEQUENCE, SimScalar};
-use slqg::{actuator::Applied, sequence::ControlSequence, wire};
+use slqg::{
+    actuator::Applied,
+    sequence::ControlSequence,
+    wire::{self, Tuned},
+};
 
 /// What differs, in which cycle.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
@@ -67,6 +71,16 @@ impl Difference {
         let mut inputs = host.input.iter().zip(board.input.iter()).enumerate();
         let (input, (host, board)) = inputs.find(|(_, (host, board))| bits(**host) != bits(**board))?;
         differ(format!("applied input {}", input + 1), number(*host), number(*board))
+    }
+
+    /// Of what a controller did that tunes itself.
+    pub(super) fn of_tuning(cycle: usize, host: Option<Tuned>, board: Option<Tuned>) -> Option<Self> {
+        (host != board).then(|| Self {
+            cycle,
+            what: "what the tuner did".to_owned(),
+            host: format!("{host:?}"),
+            board: format!("{board:?}"),
+        })
     }
 
     /// Of two acknowledgements, byte by byte.

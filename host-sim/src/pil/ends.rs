@@ -21,7 +21,7 @@ use slqg::{
     Tick,
     actuator::{Age, Applied},
     controller::Law,
-    wire::{self, GainsAnswer, Kind, Ran, Role, Status, Verdict},
+    wire::{self, GainsAnswer, Kind, Ran, Role, Status, Tuned, Verdict},
 };
 use std::path::Path;
 
@@ -71,6 +71,8 @@ pub(super) struct BoardEnds<
     next_sample: usize,
     frame: Vec<u8>,
     pub(super) durations: Durations,
+    /// What the controller did that tunes itself, and when.
+    pub(super) tuned: Vec<(usize, Tuned)>,
     /// The first one.
     pub(super) difference: Option<Difference>,
 }
@@ -95,6 +97,7 @@ impl<'f, T: SimScalar, const NX: usize, const NU: usize, const NY: usize, const 
             next_sample: 0,
             frame: Vec::new(),
             durations: Durations::default(),
+            tuned: Vec::new(),
             difference: None,
         };
         for role in [Role::Controller, Role::Actuator] {
@@ -221,7 +224,7 @@ impl<T: SimScalar, const NX: usize, const NU: usize, const NY: usize, const E: u
         let tick = Tick(cycle as u32);
         let Ok(expected) = self.twin.control(cycle, channel);
         let frames = node.step::<T>(tick, Kind::Ran)?;
-        let mut sent = None;
+        let (mut sent, mut tuned) = (None, None);
         for frame in &frames {
             match Kind::of(frame) {
                 Some(Kind::Control) => {
@@ -233,6 +236,9 @@ impl<T: SimScalar, const NX: usize, const NU: usize, const NY: usize, const E: u
                     self.durations.total += u64::from(ran.duration);
                     self.durations.longest = self.durations.longest.max(ran.duration);
                 }
+                Some(Kind::Tuned) => {
+                    tuned = Some(node.read(wire::decode_service::<T, Tuned>, frame)?.1);
+                }
                 Some(Kind::GainsAnswer) => {
                     let (_, answer) = node.read(wire::decode_service::<T, GainsAnswer>, frame)?;
                     self.transfer.iter_mut().for_each(|transfer| transfer.answered(answer));
@@ -240,8 +246,10 @@ impl<T: SimScalar, const NX: usize, const NU: usize, const NY: usize, const E: u
                 kind => return Err(node.damaged(format!("unexpected frame {kind:?}"))),
             }
         }
-        let difference = Difference::of_control::<T, NU>(cycle, expected, sent.as_deref());
+        let difference = Difference::of_control::<T, NU>(cycle, expected, sent.as_deref())
+            .or_else(|| Difference::of_tuning(cycle, self.twin.tuning().map(Tuned::from), tuned));
         self.differs(difference);
+        self.tuned.extend(tuned.map(|tuned| (cycle, tuned)));
         let is_sent = sent.is_some();
         self.frame = sent.unwrap_or_default();
         Ok(is_sent.then_some(&*self.frame))

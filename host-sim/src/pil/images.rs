@@ -20,6 +20,8 @@ pub struct Request<'a> {
     pub board: Board,
     /// The line to it.
     pub transport: Transport,
+    /// Whether the controller tunes itself.
+    pub tunes: bool,
 }
 
 /// Why there are no images.
@@ -55,6 +57,9 @@ pub fn build(request: &Request<'_>) -> Result<[PathBuf; 2], NoImages> {
         };
         command.args(["--default-input", name]);
     }
+    if request.tunes {
+        command.arg("--tuning");
+    }
     let output = command.stdin(Stdio::null()).stderr(Stdio::inherit()).output()?;
     if !output.status.success() {
         return Err(NoImages::Failed);
@@ -69,5 +74,6 @@ pub fn build(request: &Request<'_>) -> Result<[PathBuf; 2], NoImages> {
             text.lines().map(PathBuf::from).find(|path| path.file_name().is_some_and(|file| *file == *name));
         found.ok_or(NoImages::Missing(name))
     };
-    Ok([image("controller")?, image("actuator")?])
+    let controller = if request.tunes { "tuning_controller" } else { "controller" };
+    Ok([image(controller)?, image("actuator")?])
 }

@@ -156,6 +156,7 @@ impl<P: Fn() + Sync> Pil<'_, P> {
             sent: result.sent,
             difference: ends.difference.take(),
             replaced: ends.replaced(),
+            tuned: std::mem::take(&mut ends.tuned),
             recoveries: outcome::recoveries(&plan.restarts, &undisturbed, &states),
             instructions: plan.setups[0]
                 .counts

@@ -9,7 +9,7 @@ use super::{
 };
 use nalgebra::SVector;
 use serde_json::{Value, json};
-use slqg::wire::{Status, Verdict};
+use slqg::wire::{Status, Tuned, TuningStep, Verdict};
 use std::fmt::Write;
 
 /// Cycles that the state must stay near that of the undisturbed run to count as recovered.
@@ -44,6 +44,8 @@ pub struct Outcome {
     pub difference: Option<Difference>,
     /// What became of gains that were sent to the controller, and in which cycle all of them were there.
     pub replaced: Option<(Verdict, usize)>,
+    /// What the controller did that tunes itself, and in which cycle.
+    pub tuned: Vec<(usize, Tuned)>,
     /// What became of the loop after each restart.
     pub recoveries: Vec<Recovery>,
     /// What the controller's cycles cost, where instructions were counted.
@@ -156,6 +158,9 @@ impl Outcome {
         if let Some((verdict, cycle)) = self.replaced {
             line("gains sent", format!("{} in cycle {cycle}", said(verdict)));
         }
+        for (cycle, tuned) in &self.tuned {
+            line("tuned", format!("cycle {cycle}: {}", done(*tuned)));
+        }
         if !self.recoveries.is_empty() {
             line("restarts", self.recovered());
         }
@@ -211,9 +216,21 @@ impl Outcome {
             "diverged": self.diverged, "all_finite": self.all_finite, "sent": self.sent,
             "restarts": self.recoveries.iter().map(recovery).collect::<Vec<_>>(),
             "gains": self.replaced.map(|(verdict, cycle)| json!({ "verdict": said(verdict), "cycle": cycle })),
+            "tuned": self.tuned.iter().map(|(cycle, tuned)| json!({ "cycle": cycle, "did": done(*tuned) })).collect::<Vec<_>>(),
             "instructions": self.instructions.map(|count| json!({ "mean": count.mean, "longest": count.longest })),
             "controller": status(&self.controller), "actuator": status(&self.actuator),
         })
+    }
+}
+
+/// What was done about the gains, in words.
+fn done(Tuned { step, steps, value }: Tuned) -> String {
+    match step {
+        TuningStep::Started => format!("the link has changed (distance {value:.1}), solving"),
+        TuningStep::Switched => {
+            format!("new gains in force after {steps} steps, mean-square rate at most {value:.4}")
+        }
+        TuningStep::Kept => "no gains found, those in force stay".to_owned(),
     }
 }
 

@@ -32,10 +32,12 @@ pub enum Kind {
     Question = 10,
     /// How a node is.
     Status = 11,
+    /// What a controller did that tunes itself.
+    Tuned = 12,
 }
 
 impl Kind {
-    const ALL: [Self; 11] = [
+    const ALL: [Self; 12] = [
         Self::Measurement,
         Self::Control,
         Self::Acknowledgement,
@@ -47,6 +49,7 @@ impl Kind {
         Self::Reference,
         Self::Question,
         Self::Status,
+        Self::Tuned,
     ];
 
     /// What a frame says it is, for whoever hands frames on; `None` if it is too short to say, or says something unknown.

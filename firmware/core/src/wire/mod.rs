@@ -30,9 +30,9 @@ pub use payload::{
     encode_acknowledgement, encode_control, encode_measurement,
 };
 pub use service::{
-    Clock, GainsAnswer, GainsPart, Question, Ran, Reference, Role, Service, Status, Verdict, decode_applied,
-    decode_gains_part, decode_reference, decode_service, encode_applied, encode_gains_part, encode_reference,
-    encode_service,
+    Clock, GainsAnswer, GainsPart, Question, Ran, Reference, Role, Service, Status, Tuned, TuningStep,
+    Verdict, decode_applied, decode_gains_part, decode_reference, decode_service, encode_applied,
+    encode_gains_part, encode_reference, encode_service,
 };
 
 /// Version of the frame layout, the first byte of every frame.

@@ -32,7 +32,7 @@ pub struct Reference<T: Scalar, const NZ: usize, const S: usize> {
 #[derive(Serialize, Deserialize)]
 struct Fixed(#[serde(with = "postcard::fixint::le")] u16);
 
-/// Writes what left the actuator in a cycle, [`super::applied_len`] bytes.
+/// Writes what left the actuator in a cycle, [`crate::wire::applied_len`] bytes.
 ///
 /// # Errors
 /// If `buffer` is too small, or there are more than 255 inputs.
@@ -65,7 +65,7 @@ pub fn decode_applied<T: Scalar, const NU: usize>(frame: &[u8]) -> Result<Applie
     Ok(Applied { tick, input, age })
 }
 
-/// Writes a part of a blob, [`super::gains_part_len`] bytes; `T` is the scalar of the loop.
+/// Writes a part of a blob, [`crate::wire::gains_part_len`] bytes; `T` is the scalar of the loop.
 ///
 /// # Errors
 /// If `buffer` is too small.
@@ -92,7 +92,7 @@ pub fn decode_gains_part<T: Scalar>(frame: &[u8]) -> Result<GainsPart<'_>, Decod
     Ok(GainsPart { transfer: tick.0, offset, total, bytes: reader.rest() })
 }
 
-/// Writes samples of the reference, [`super::reference_len`] bytes.
+/// Writes samples of the reference, [`crate::wire::reference_len`] bytes.
 ///
 /// # Errors
 /// If `buffer` is too small, or there are more than 255 of anything.

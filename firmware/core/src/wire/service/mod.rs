@@ -9,6 +9,7 @@
 //! reference       outputs (1 byte), samples (1 byte), then the scalars of each sample, from cycle `tick` on
 //! question        nothing
 //! status          role (1 byte), then six counts (4 bytes each), see [`Status`]
+//! tuned           step (1 byte): 0 started, 1 switched, 2 kept; backward steps (4 bytes); distance or rate (binary32)
 //! ```
 //!
 //! No node needs any of them to control: they tell it the time, and tell its host what it does. Those of fixed length are
@@ -18,7 +19,7 @@ mod lists;
 
 use super::envelope::{Kind, Reader, Writer};
 use super::{DecodeError, EncodeError};
-use crate::{Scalar, Tick};
+use crate::{Scalar, Tick, tuning::Event};
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
 pub use lists::{
@@ -151,6 +152,47 @@ pub struct Status {
     pub variables: u32,
 }
 
+/// What a controller that tunes itself did in cycle `tick`: [`crate::tuning::Event`].
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Tuned {
+    /// What it did.
+    pub step: TuningStep,
+    /// Backward steps of the solution; 0 unless it switched.
+    #[serde(with = "postcard::fixint::le")]
+    pub steps: u32,
+    /// How far the link is from the one in force, where it started; the bound of the mean-square rate, where it switched;
+    /// else 0.
+    pub value: f32,
+}
+
+/// What a controller that tunes itself does.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[repr(u8)]
+pub enum TuningStep {
+    /// It has begun to solve for another link.
+    Started,
+    /// New gains are in force from the next cycle on.
+    Switched,
+    /// What was found was not put in force.
+    Kept,
+}
+
+impl<T: Scalar> From<Event<T>> for Tuned {
+    fn from(event: Event<T>) -> Self {
+        // As precise as whoever reads it needs.
+        let narrow = |value: T| value.widen() as f32;
+        match event {
+            Event::Started { distance } => {
+                Self { step: TuningStep::Started, steps: 0, value: narrow(distance) }
+            }
+            Event::Switched(solved) => {
+                Self { step: TuningStep::Switched, steps: solved.steps, value: narrow(solved.rate) }
+            }
+            Event::Kept(_) => Self { step: TuningStep::Kept, steps: 0, value: 0.0 },
+        }
+    }
+}
+
 macro_rules! service {
     ($($name:ident),*) => {
         $(impl Service for $name {
@@ -158,4 +200,4 @@ macro_rules! service {
         })*
     };
 }
-service!(Clock, Ran, GainsAnswer, Question, Status);
+service!(Clock, Ran, GainsAnswer, Question, Status, Tuned);

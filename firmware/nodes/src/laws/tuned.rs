@@ -1,0 +1,45 @@
+//! Gains that the device solves for itself when its link has changed.
+
+use super::Laws;
+use crate::design::{self, DESIGN, INPUTS, STATES, Scalar, TUNING, TUNING_MEMORY};
+use slqg::{
+    controller::Law,
+    tuning::Parameters,
+    wire::{self, GainsAnswer, GainsPart, Verdict},
+};
+
+/// Slices in a cycle: for the pendulum with four inputs per packet they take a Cortex-M4F at 25 MHz 13 ms of 20. The
+/// simulator does as many.
+const SLICES: usize = 16;
+
+/// The core's tuner.
+pub struct Tuned<'m> {
+    tuner: design::Tuner<'m>,
+}
+
+impl<'m> Tuned<'m> {
+    /// A tuner for the node's design; `None` if there can be none, which the simulator tells beforehand.
+    pub fn new(memory: &'m mut [Scalar; TUNING_MEMORY]) -> Option<Self> {
+        let tuner = design::Tuner::new(&DESIGN, TUNING, Parameters::DEFAULT, memory).ok()?;
+        Some(Self { tuner })
+    }
+}
+
+impl Laws for Tuned<'_> {
+    fn law(&self) -> Option<Law<'_, Scalar, STATES, INPUTS>> {
+        self.tuner.law()
+    }
+
+    /// It solves for its gains itself, and takes none.
+    fn take(&mut self, _part: &GainsPart<'_>) -> GainsAnswer {
+        GainsAnswer { received: 0, verdict: Verdict::Dimensions }
+    }
+
+    fn observe(&mut self, controller: &design::Controller) {
+        self.tuner.observe(controller);
+    }
+
+    fn work(&mut self) -> Option<wire::Tuned> {
+        (0..SLICES).find_map(|_| self.tuner.slice()).map(wire::Tuned::from)
+    }
+}
