@@ -5,6 +5,7 @@
 //! | `SLQG_DESIGN` | the design file, from the root of the workspace | `designs/pendulum.toml` |
 //! | `SLQG_SEQUENCE_LENGTH` | inputs per sequence | as in the design |
 //! | `SLQG_DEFAULT_INPUT` | `zero` or `hold` | as in the design |
+//! | `SLQG_SLICES` | slices of a solution that a controller that tunes itself does in a cycle | 4 |
 //! | `DEFMT_LOG` | least level of messages that are kept | `info` |
 //! | `SLQG_BOARD` | a folder of `boards/`, or `other`: the program for the board is another crate's | by the target |
 
@@ -73,12 +74,25 @@ fn compile_design() {
          /// Outputs that follow a reference.\n\
          pub const TRACKED_OUTPUTS: usize = {};\n\
          /// Samples of the reference that make a difference.\n\
-         pub const PREVIEW_SAMPLES: usize = {};\n",
+         pub const PREVIEW_SAMPLES: usize = {};\n\
+         /// Slices of a solution in a cycle, of a controller that tunes itself.\n\
+         pub const SLICES: usize = {};\n",
         design_id(&design).0,
         or_zero("TRACKED_OUTPUTS"),
         or_zero("PREVIEW_SAMPLES"),
+        slices(),
     ) + &joining_model(&design);
     fs::write(folder("OUT_DIR").join("dimensions.rs"), dimensions).expect("OUT_DIR can be written");
+}
+
+fn slices() -> usize {
+    let found = variable("SLQG_SLICES").unwrap_or_else(|| "4".to_owned());
+    match found.parse() {
+        Ok(slices @ 1..) => slices,
+        _ => panic!(
+            "SLQG_SLICES: found {found:?}; give how many slices there is time for in a cycle, at least 1"
+        ),
+    }
 }
 
 /// The plant as it is for a controller that joins a loop that runs.

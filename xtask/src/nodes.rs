@@ -25,6 +25,9 @@ pub(crate) struct Options {
     /// Also build the controller that solves its own gains
     #[arg(long, requires = "design")]
     pub(crate) tuning: bool,
+    /// Slices of a solution that it does in a cycle
+    #[arg(long, requires = "tuning")]
+    pub(crate) slices: Option<usize>,
     /// The board that the nodes are for
     #[arg(long, value_enum, default_value_t = Board::Mps2An386, requires = "design")]
     pub(crate) board: Board,
@@ -66,6 +69,9 @@ pub(crate) fn build(workspace: &Workspace, options: &Options) -> Result<Built> {
     command.args(["--package", "slqg-nodes", "--bins", "--profile", "firmware"]);
     if options.tuning {
         command.args(["--features", "tuning"]);
+    }
+    if let Some(slices) = options.slices {
+        command.env("SLQG_SLICES", slices.to_string());
     }
     if let Some(design) = &options.design {
         let design =

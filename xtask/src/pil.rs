@@ -77,6 +77,7 @@ pub(crate) fn pil(workspace: &Workspace) -> Result<()> {
             sequence_length: None,
             default_input: run.holds.then(|| "hold".to_owned()),
             tuning: false,
+            slices: None,
             board: Board::Mps2An386,
         };
         let images = Images::build(workspace, &options)?;
@@ -99,7 +100,8 @@ fn ram(outcome: &Value, node: &str) -> Result<u64> {
     Ok(bytes("stack")? + bytes("variables")?)
 }
 
-/// What every test run shows: both boards, both lines, nodes that are killed, and that the nodes are small.
+/// What every test run shows: both boards, both lines, nodes that are killed, a controller that tunes itself, and that the
+/// nodes are small.
 pub(crate) fn check(workspace: &Workspace) -> Result<()> {
     let host_sim = host_sim(workspace)?;
     for board in [Board::Mps2An386, Board::Lm3s6965evb] {
@@ -107,7 +109,9 @@ pub(crate) fn check(workspace: &Workspace) -> Result<()> {
             design: Some(workspace.root.join("designs/pendulum.toml")),
             sequence_length: Some(TESTED_LENGTH),
             default_input: None,
-            tuning: false,
+            // The controller that tunes itself beside the others; it does as many slices as `host-sim` expects.
+            tuning: board == Board::Mps2An386,
+            slices: None,
             board,
         };
         let images = Images::build(workspace, &options)?;
@@ -115,6 +119,10 @@ pub(crate) fn check(workspace: &Workspace) -> Result<()> {
         images.run(&host_sim, &options, &["--cycles", "2000", "--restarts", "10"])?;
         if board == Board::Mps2An386 {
             images.check_size(&host_sim, &options)?;
+            let bad = workspace.root.join("designs/pendulum_bad.toml");
+            let change = ["--tuning", "--at", "500", "--cycles", "3000", "--changes-to"];
+            let bad = bad.to_str().ok_or("the workspace's folder has a name that is not UTF-8")?;
+            images.run(&host_sim, &options, &[&change[..], &[bad]].concat())?;
         }
     }
     Ok(())
@@ -174,7 +182,8 @@ impl Images {
         if let Some(board) = options.board.to_possible_value() {
             command.args(["--board", board.get_name()]);
         }
-        command.arg("--controller-image").arg(self.0.binary(&format!("controller{suffix}"))?);
+        let tuning = if run.contains(&"--tuning") { "tuning_" } else { "" };
+        command.arg("--controller-image").arg(self.0.binary(&format!("{tuning}controller{suffix}"))?);
         command.arg("--actuator-image").arg(self.0.binary(&format!("actuator{suffix}"))?);
         Ok(command)
     }

@@ -62,6 +62,9 @@ pub(super) struct Options {
     /// The controller solves its own gains when its link has changed.
     #[arg(long, conflicts_with_all = ["gains_of", "restart", "restarts"])]
     tuning: bool,
+    /// Slices of a solution that it does in each cycle.
+    #[arg(long, value_name = "S", default_value_t = 4, requires = "tuning")]
+    slices: usize,
     /// In cycle --at the link to the actuator becomes that of this design.
     #[arg(long, value_name = "OTHER", requires = "at")]
     changes_to: Option<PathBuf>,
@@ -146,6 +149,7 @@ pub(super) fn pil(options: &Options) -> Result<(), Failure> {
     let kind = if options.tuning { Kind::SlqgTuning } else { Kind::Slqg };
     let refuse = |error| refused(&error, &design, &options.design);
     let mut contender = Contender::new(kind, &design, cycles).map_err(refuse)?;
+    contender.slices = options.slices;
     if let Some((path, cycle)) = options.changes_to.as_ref().zip(options.at) {
         let link = load(options, path)?.network.controller_to_actuator;
         contender.meet(Change { link, cycle }, &design).map_err(refuse)?;
@@ -159,7 +163,7 @@ pub(super) fn pil(options: &Options) -> Result<(), Failure> {
             default_input: options.default_input,
             board: options.board,
             transport: options.transport,
-            tunes: options.tuning,
+            slices: options.tuning.then_some(options.slices),
         })
         .map_err(|error| input(&error))?,
     };

@@ -20,8 +20,8 @@ pub struct Request<'a> {
     pub board: Board,
     /// The line to it.
     pub transport: Transport,
-    /// Whether the controller tunes itself.
-    pub tunes: bool,
+    /// Slices of a solution in a cycle, if the controller tunes itself.
+    pub slices: Option<usize>,
 }
 
 /// Why there are no images.
@@ -57,8 +57,8 @@ pub fn build(request: &Request<'_>) -> Result<[PathBuf; 2], NoImages> {
         };
         command.args(["--default-input", name]);
     }
-    if request.tunes {
-        command.arg("--tuning");
+    if let Some(slices) = request.slices {
+        command.args(["--tuning", "--slices", &slices.to_string()]);
     }
     let output = command.stdin(Stdio::null()).stderr(Stdio::inherit()).output()?;
     if !output.status.success() {
@@ -74,6 +74,6 @@ pub fn build(request: &Request<'_>) -> Result<[PathBuf; 2], NoImages> {
             text.lines().map(PathBuf::from).find(|path| path.file_name().is_some_and(|file| *file == *name));
         found.ok_or(NoImages::Missing(name))
     };
-    let controller = if request.tunes { "tuning_controller" } else { "controller" };
+    let controller = if request.slices.is_some() { "tuning_controller" } else { "controller" };
     Ok([image(controller)?, image("actuator")?])
 }

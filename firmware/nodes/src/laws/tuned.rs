@@ -2,15 +2,12 @@
 
 use super::Laws;
 use crate::design::{self, DESIGN, INPUTS, STATES, Scalar, TUNING, TUNING_MEMORY};
+use crate::dimensions::SLICES;
 use slqg::{
     controller::Law,
     tuning::Parameters,
     wire::{self, GainsAnswer, GainsPart, Verdict},
 };
-
-/// Slices in a cycle: for the pendulum with four inputs per packet they take a Cortex-M4F at 25 MHz 13 ms of 20. The
-/// simulator does as many.
-const SLICES: usize = 16;
 
 /// The core's tuner.
 pub struct Tuned<'m> {
@@ -39,6 +36,7 @@ impl Laws for Tuned<'_> {
         self.tuner.observe(controller);
     }
 
+    /// As many slices as the build says there is time for, always: the simulator does as many, and time it has not.
     fn work(&mut self) -> Option<wire::Tuned> {
         (0..SLICES).find_map(|_| self.tuner.slice()).map(wire::Tuned::from)
     }
