@@ -67,7 +67,7 @@ impl Board for Machine {
         match notice {
             Notice::Aligned(_) => self.part.led.set_low(),
             Notice::Realigned(_) | Notice::Safe => self.part.led.set_high(),
-            Notice::Gains(_) | Notice::Rejected(_) => (),
+            Notice::Gains(_) | Notice::Tuned(_) | Notice::Rejected(_) => (),
         }
     }
 }
