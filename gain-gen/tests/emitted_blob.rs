@@ -9,9 +9,10 @@ use gain_gen::emit::design_id;
 use slqg::actuator::Age;
 use slqg::blob::{self, BlobError, DesignId, Shape};
 use slqg::gains::Gains;
-use slqg::in_flight::PlayOut;
+use slqg::in_flight::InFlight;
 use slqg::nalgebra::SVector;
-use slqg::{DefaultInput, Scalar};
+use slqg::sequence::ControlSequence;
+use slqg::{DefaultInput, Scalar, Tick};
 use std::path::{Path, PathBuf};
 
 #[allow(dead_code, unreachable_pub)]
@@ -77,20 +78,17 @@ fn compute_the_same<T: Scalar, const NX: usize, const NU: usize, const N: usize>
     let mut draws = Draws(3);
     for draw in 0..DRAWS {
         let (state, last_input) = (draws.vector(), draws.vector());
-        let sent: Vec<Vec<SVector<T, NU>>> =
-            (0..N).map(|_| (0..N).map(|_| draws.vector()).collect()).collect();
+        let sent: [heapless::Vec<SVector<T, NU>, N>; N] =
+            core::array::from_fn(|_| (0..N).map(|_| draws.vector()).collect());
         let mode = draws.below(N + 1);
         let age = if mode < N { Age::Steps(mode as u8) } else { Age::Empty };
         let run = |gains: &Gains<'_, T, NX, NU>| -> Vec<u64> {
-            let mut expected = vec![SVector::zeros(); gains.in_flight()];
-            let arrival = |b, m| gains.arrival(b, m);
-            PlayOut { length: gains.length(), default_input: gains.default_input(), arrival }
-                .expected_inputs(
-                    age,
-                    |a: usize, m: usize| sent[a - 1].get(a + m).copied(),
-                    last_input,
-                    &mut expected,
-                );
+            let mut in_flight = InFlight::<T, NU, N, 1>::default();
+            for inputs in sent.iter().rev() {
+                in_flight.push(Some(ControlSequence { tick: Tick(0), inputs: inputs.clone() }));
+            }
+            in_flight.acknowledge(age, last_input);
+            let expected = in_flight.expected_inputs(gains);
             let sequence = gains.sequence::<N>(&state, &expected);
             sequence.iter().flat_map(|input| input.iter()).map(|value| value.widen().to_bits()).collect()
         };

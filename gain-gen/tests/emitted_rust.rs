@@ -7,7 +7,8 @@ use heapless::Vec;
 use nalgebra::{DMatrix, DVector, SVector};
 use slqg::actuator::Age;
 use slqg::gains::{Gains, Tables};
-use slqg::in_flight::PlayOut;
+use slqg::in_flight::InFlight;
+use slqg::sequence::ControlSequence;
 use slqg::{DefaultInput, Scalar, Tick, wire};
 use std::path::{Path, PathBuf};
 
@@ -74,15 +75,12 @@ fn computes_what_the_solver_says<T: Scalar, const NX: usize, const NU: usize, co
 
         let age = if mode < N { Age::Steps(mode as u8) } else { Age::Empty };
         let run = |gains: &Gains<'_, T, NX, NU>| -> Vec<SVector<T, NU>, N> {
-            let mut expected = vec![SVector::zeros(); gains.in_flight()];
-            let arrival = |b, m| gains.arrival(b, m);
-            PlayOut { length: gains.length(), default_input: gains.default_input(), arrival }
-                .expected_inputs(
-                    age,
-                    |a: usize, m: usize| sent[a - 1].get(a + m).copied(),
-                    last_input,
-                    &mut expected,
-                );
+            let mut in_flight = InFlight::<T, NU, N, 1>::default();
+            for inputs in sent.iter().rev() {
+                in_flight.push(Some(ControlSequence { tick: Tick(0), inputs: inputs.clone() }));
+            }
+            in_flight.acknowledge(age, last_input);
+            let expected = in_flight.expected_inputs(gains);
             gains.sequence(&state, &expected)
         };
         let sequence = run(law);

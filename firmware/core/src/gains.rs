@@ -199,12 +199,9 @@ impl<'a, T: Scalar, const NX: usize, const NU: usize> Gains<'a, T, NX, NU> {
         self.arrival[arrival::table_index(self.length, b, m)]
     }
 
-    /// `r(b, 0), r(b, 1), .. r(b, N-1-b)`: the same for a packet of age `b`, until its last input is due. `None` for an age
-    /// that no packet under way can have.
-    pub fn arrivals(&self, b: usize) -> Option<&[T]> {
-        let cycles = self.length.checked_sub(b).filter(|&cycles| b > 0 && cycles > 0)?;
-        let first = arrival::table_index(self.length, b, 0);
-        self.arrival.get(first..first + cycles)
+    /// `r(b, 0), r(b, 1), .. r(b, N-1-b)` for `b = 1, 2, .. N-1`, row after row: each until the packet's last input is due.
+    pub const fn arrival_table(&self) -> &'a [T] {
+        self.arrival
     }
 
     /// The control sequence `U = Lx xhat + M vbar`, one entry per cycle from the current one on.
@@ -247,9 +244,9 @@ impl<'a, T: Scalar, const NX: usize, const NU: usize> Gains<'a, T, NX, NU> {
         let mut of_state = of_state.chunks_exact(NX);
         // Without anything in flight there is no table to cut into rows.
         let mut of_sent = of_sent.chunks_exact(columns.max(1));
-        let mut sequence = Vec::new();
-        for _ in 0..length {
-            let input = SVector::from_fn(|_, _| {
+        let mut sequence = [SVector::zeros(); N];
+        for input in sequence.iter_mut().take(length) {
+            *input = SVector::from_fn(|_, _| {
                 let from_state =
                     of_state.next().map_or_else(T::zero, |row| add_dot(T::zero(), row, posterior_mean));
                 let from_sent = of_sent.next().map_or_else(T::zero, |row| {
@@ -259,9 +256,9 @@ impl<'a, T: Scalar, const NX: usize, const NU: usize> Gains<'a, T, NX, NU> {
                 });
                 from_state + from_sent
             });
-            // There is room.
-            let _ = sequence.push(input);
         }
+        let mut sequence = Vec::from(sequence);
+        sequence.truncate(length);
         sequence
     }
 }

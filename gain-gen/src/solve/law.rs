@@ -2,7 +2,7 @@
 
 use super::LoopProblem;
 use nalgebra::DMatrix;
-use slqg::{DefaultInput, actuator::Age, arrival, in_flight::PlayOut};
+use slqg::{DefaultInput, arrival, in_flight::add_newer};
 
 /// `U = Lx xhat + M vbar`, THEORY 3.
 #[derive(Debug, Clone, PartialEq)]
@@ -83,18 +83,23 @@ fn sent_count(length: usize, default_input: DefaultInput) -> usize {
 /// The order of columns is that of thesis (3.26): ages `a = 1..N-1`, within each `m = 0..N-1-a`; with hold the input
 /// applied last follows. The weights come from the core's own loop over packets.
 pub fn mode_weights(length: usize, default_input: DefaultInput, table: &[f64], mode: usize) -> DMatrix<f64> {
-    let play_out =
-        PlayOut { length, default_input, arrival: |b, m| table[arrival::table_index(length, b, m)] };
-    let age = u8::try_from(mode).ok().filter(|_| mode < length).map_or(Age::Empty, Age::Steps);
     let columns = sent_count(length, default_input);
     let mut weights = DMatrix::zeros(default_input.in_flight(length), columns);
     let mut expected = vec![0.0; weights.nrows()];
+    let played = mode + 1;
     for column in 0..columns {
-        // A packet's inputs stand where its arrival probabilities do in the core's table.
-        let sent =
-            |a: usize, m: usize| Some(if arrival::table_index(length, a, m) == column { 1.0 } else { 0.0 });
-        let last = if column == arrival::table_len(length) { 1.0 } else { 0.0 };
-        play_out.expected_inputs::<f64, f64>(age, sent, last, &mut expected);
+        let mut sent = vec![0.0; columns];
+        sent[column] = 1.0;
+        let last = sent.get(arrival::table_len(length)).copied().unwrap_or(0.0);
+        expected.fill(last);
+        for age in (1..=played.min(length - 1)).rev() {
+            // A packet's inputs stand where its arrival probabilities do in the core's table.
+            let first = arrival::table_index(length, age, 0);
+            let (inputs, arrivals) =
+                (&sent[first..first + length - age], &table[first..first + length - age]);
+            let share = |_, r: f64| if age == played { (1.0, 0.0) } else { (r, 1.0 - r) };
+            add_newer(&mut expected, default_input, inputs, arrivals, share);
+        }
         weights.column_mut(column).copy_from_slice(&expected);
     }
     weights

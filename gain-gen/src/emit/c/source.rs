@@ -1,4 +1,4 @@
-//! The source: tables and arithmetic, in the order of `slqg::in_flight::PlayOut` and `slqg::gains::Gains`.
+//! The source: tables and arithmetic, in the order of `slqg::in_flight::add_newer` and `slqg::gains::Gains`.
 //!
 //! The text is put together from parts; those that a design has no use for (no limits, no in-flight inputs) are left
 //! out, as C has no empty arrays and compilers warn about loops that never run.

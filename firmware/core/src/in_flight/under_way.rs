@@ -1,0 +1,65 @@
+//! Packets that were sent after the one that is played, and how likely they arrive.
+
+use super::{InFlight, recent::Since};
+use crate::{Scalar, actuator::Age, arrival, gains::Gains};
+use nalgebra::SVector;
+
+/// A packet that may yet arrive.
+pub(super) struct Packet<'p, T: Scalar, const NU: usize> {
+    /// How many cycles before the current one it was sent.
+    pub(super) sent_ago: usize,
+    /// Its inputs from the current cycle on; `None` if nothing was sent.
+    pub(super) inputs: Option<&'p [SVector<T, NU>]>,
+    /// `r(a, 0), r(a, 1), ..`, as many.
+    pub(super) arrivals: &'p [T],
+}
+
+/// See [`InFlight::newer_than`].
+pub(super) struct UnderWay<'p, T: Scalar, const NU: usize, const N: usize> {
+    sequences: Since<'p, T, NU, N, N>,
+    length: usize,
+    /// Rows of the packets to come, newest first.
+    rows: &'p [T],
+}
+
+impl<T: Scalar, const NU: usize, const N: usize, const H: usize> InFlight<T, NU, N, H> {
+    /// What was sent less than `packet` cycles ago, `1..=length`, oldest first.
+    #[inline(always)]
+    pub(super) fn newer_than<'p, const NX: usize>(
+        &'p self,
+        packet: usize,
+        length: usize,
+        gains: &Gains<'p, T, NX, NU>,
+    ) -> UnderWay<'p, T, NU, N> {
+        // Rows of older packets are a table themselves, at the end of the whole.
+        let older = arrival::table_len(length - packet + 1);
+        let rows = gains.arrival_table();
+        let rows = rows.get(..rows.len().saturating_sub(older)).unwrap_or_default();
+        UnderWay { sequences: self.sent.since(packet - 1), length, rows }
+    }
+}
+
+impl<'p, T: Scalar, const NU: usize, const N: usize> Iterator for UnderWay<'p, T, NU, N> {
+    type Item = Packet<'p, T, NU>;
+
+    #[inline(always)]
+    fn next(&mut self) -> Option<Self::Item> {
+        let (ago, sequence) = self.sequences.next()?;
+        let sent_ago = ago + 1;
+        let newer = self.rows.len().checked_sub(self.length - sent_ago)?;
+        let (rows, arrivals) = self.rows.split_at_checked(newer)?;
+        self.rows = rows;
+        Some(Packet { sent_ago, inputs: sequence.inputs.get(sent_ago..self.length), arrivals })
+    }
+}
+
+/// How many cycles before the current one the packet was sent that had `age` in the last cycle; `length` if the buffer had run
+/// out: of either nothing is left.
+pub(super) fn packet_played(age: Age, length: usize) -> usize {
+    age.steps().map_or(length, |steps| (steps + 1).min(length))
+}
+
+/// The age that the packet sent `packet` cycles before the current one had in the last cycle.
+pub(super) fn age_of(packet: usize) -> Age {
+    u8::try_from(packet - 1).map_or(Age::Empty, Age::Steps)
+}
