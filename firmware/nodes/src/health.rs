@@ -12,7 +12,7 @@ use slqg::{
 #[derive(Debug, Default)]
 pub(crate) struct Health {
     /// Cycles run.
-    pub(crate) cycles: u32,
+    cycles: u32,
     realigned: u32,
     rejected: u32,
 }

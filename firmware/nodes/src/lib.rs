@@ -10,7 +10,7 @@
 //! | `can` | a node's line over a CAN bus, through the traits of `embedded-can` |
 //! | `board` | what node and board need of each other |
 //! | `health` | what a node tells of itself |
-//! | `boards/` | one file for each board: UART, watchdog, memory |
+//! | `boards/` | a folder for each board, and the peripherals that several have: UART, watchdog, memory |
 //! | `program` | the main loop on a board: interrupts, queues, timer; and what is left when it fails |
 //! | `bulk` | the same over files of a debugger, for long runs in an emulator |
 //! | `memory` | how much stack and RAM the program has used |

@@ -51,7 +51,10 @@ unsafe impl defmt::Logger for Log {
 }
 
 fn write(bytes: &[u8]) {
-    bytes.iter().for_each(|byte| hardware::log(*byte));
+    for byte in bytes {
+        // Until there is room.
+        while !hardware::LOG.transmit(*byte) {}
+    }
 }
 
 /// Puts a notice into the log.

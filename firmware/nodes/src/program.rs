@@ -56,13 +56,13 @@ pub fn run<N: Node, const IN: usize, const STUFFED: usize>(mut node: N) -> ! {
         // SAFETY: the queues are set up; their handler shares them with this loop through a mutex only.
         unsafe { NVIC::unmask(Interrupt(*number)) };
     }
-    hardware::start_watchdog(hardware::CORE_HZ * WATCHDOG_SECONDS);
+    hardware::WATCHDOG.start(hardware::CORE_HZ * WATCHDOG_SECONDS);
     defmt::info!("started");
     let mut unstuffer = Unstuffer::<IN>::default();
     node.start(&mut board);
     let mut rounds = ROUNDS_OVER.load(Ordering::Relaxed);
     loop {
-        hardware::feed_watchdog();
+        hardware::WATCHDOG.feed();
         while let Some(byte) = critical_section::with(|cs| LINE.borrow_ref_mut(cs).received.pop_front()) {
             if let Some(frame) = unstuffer.take(byte) {
                 node.take(frame, &mut board);
@@ -143,7 +143,7 @@ fn start_timer() -> SYST {
 /// Puts on the line what it has room for.
 fn transmit(line: &mut Line) {
     while let Some(byte) = line.to_send.front() {
-        if !hardware::transmit(*byte) {
+        if !hardware::LINE.transmit(*byte) {
             return;
         }
         line.to_send.pop_front();
@@ -188,7 +188,7 @@ unsafe fn DefaultHandler(number: i16) {
     hardware::clear_interrupts();
     critical_section::with(|cs| {
         let line = &mut *LINE.borrow_ref_mut(cs);
-        while let Some(byte) = hardware::receive() {
+        while let Some(byte) = hardware::LINE.receive() {
             if line.received.push_back(byte).is_err() {
                 line.overruns = line.overruns.saturating_add(1);
             }
@@ -207,7 +207,7 @@ fn fail() -> ! {
         let Ok(bytes) = stuff(&frame, &mut buffer) else { return };
         // A zero first: it ends the frame that was under way.
         for byte in core::iter::once(&0).chain(bytes) {
-            while !hardware::transmit(*byte) {}
+            while !hardware::LINE.transmit(*byte) {}
         }
     });
     loop {

@@ -1,6 +1,7 @@
 //! Command line: which subcommands there are, exit statuses, progress. Each subcommand has a file with its options.
 //!
-//! Exit status: 0 done; 2 the input is wrong; 3 the loop cannot be stabilised.
+//! Exit status: 0 done; 1 boards and simulator differ, or a board has failed; 2 the input is wrong; 3 the loop cannot be
+//! stabilised.
 
 mod bus;
 mod figures;
@@ -57,6 +58,8 @@ enum Command {
 
 /// What went wrong, by exit status.
 enum Failure {
+    /// What was run has failed: 1.
+    Run(String),
     /// The input is wrong: 2.
     Input(String),
     /// The loop cannot be stabilised: 3.
@@ -85,6 +88,7 @@ pub(crate) fn main() -> ExitCode {
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
+        Err(Failure::Run(message)) => fail(1, &message),
         Err(Failure::Input(message)) => fail(2, &message),
         Err(Failure::Unstable(message)) => fail(3, &message),
     }

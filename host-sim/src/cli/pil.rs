@@ -14,13 +14,12 @@ use gain_gen::{
 };
 use host_sim::{
     contender::{Change, Contender, Kind},
-    pil::{self, Board, Pil, Plan, Replacement, Request, Restart, Setup, Transport},
+    pil::{self, Board, Files, Pil, PilError, Plan, Replacement, Request, Restart, Setup, Transport},
     size_class::{self, dispatch},
 };
 use slqg::DefaultInput;
 use std::{
     fmt::Display,
-    fs,
     path::{Path, PathBuf},
     time::Instant,
 };
@@ -47,13 +46,15 @@ pub(super) struct Options {
     /// How frames get to the nodes.
     #[arg(long, value_enum, default_value_t = Transport::Bulk)]
     transport: Transport,
-    /// Kill a node in a cycle and start it again some cycles later: controller@5000+10. May be given several times.
+    /// Kill a node in a cycle and start it again some cycles later: controller@5000+10. May be given several times, in any
+    /// order.
     #[arg(long = "restart", value_name = "NODE@CYCLE+AWAY", conflicts_with = "restarts")]
     restart: Vec<Restart>,
     /// Kill either node in so many random cycles, and start it again up to 10 cycles later.
     #[arg(long, value_name = "COUNT")]
     restarts: Option<usize>,
-    /// Send the gains of this design to the controller while it runs; it must be of the same plant.
+    /// Send the gains of this design to the controller while it runs. Those of another plant of the same dimensions, or for
+    /// another length or default input, it must refuse.
     #[arg(long, value_name = "OTHER", requires = "gains_at")]
     gains_of: Option<PathBuf>,
     /// The cycle from which on they are sent, a part in each.
@@ -80,7 +81,8 @@ pub(super) struct Options {
     /// Do not build the actuator's program, but run this one.
     #[arg(long, value_name = "IMAGE", requires = "controller_image")]
     actuator_image: Option<PathBuf>,
-    /// Keep the nodes' logs in this folder; `defmt-print -e IMAGE` reads them.
+    /// Write the nodes' logs to this folder, controller.log and actuator.log, all starts of a run one after the other;
+    /// `defmt-print -e IMAGE` reads them. Without it they are kept if the run fails.
     #[arg(long, value_name = "FOLDER")]
     logs: Option<PathBuf>,
     /// Print one JSON object instead of text.
@@ -109,6 +111,8 @@ fn load(options: &Options, path: &Path) -> Result<Design, Failure> {
 }
 
 /// The gains of another design as a blob, and as a controller.
+///
+/// The node shows that it refuses what does not fit it. Only what could not be simulated beside it is refused here.
 fn replacement(
     options: &Options,
     path: &Path,
@@ -116,24 +120,35 @@ fn replacement(
     run: &Design,
 ) -> Result<(Replacement, Design, Contender), Failure> {
     let design = load(options, path)?;
+    let sizes = |Design { plant, .. }: &Design| [plant.states(), plant.inputs(), plant.outputs()];
+    let (found, needed) = (sizes(&design), sizes(run));
+    if found != needed {
+        let plant = |[states, inputs, outputs]: [usize; 3]| {
+            format!("{states} states, {inputs} inputs and {outputs} outputs")
+        };
+        let message = format!(
+            "--gains-of: the plant has {}, that of {} {}; gains must be of a plant of the same dimensions",
+            plant(found),
+            options.design.display(),
+            plant(needed)
+        );
+        return Err(wrong(path, &message));
+    }
+    size_class::check(&design).map_err(|error| wrong(path, &error))?;
     let contender = Contender::new(Kind::Slqg, &design, options.cycles as usize)
         .map_err(|error| refused(&error, &design, path))?;
     let report = Report::new(&design, Method::InFlight);
     // Of one file, whose path says nothing.
     let files = Output::blob(path).files(&report, "").map_err(|error| wrong(path, &error))?;
     let blob = files.into_iter().flat_map(|file| file.content).collect();
-    let dimensions = |design: &Design| {
-        let settings = &design.controller;
-        (
-            settings.sequence_length,
-            settings.default_input,
-            settings.scalar,
-            design.plant.states(),
-            design.plant.inputs(),
-        )
+    let format = |Design { controller, .. }: &Design| {
+        (controller.sequence_length, controller.default_input, controller.scalar)
     };
-    let fits = design_id(&design) == design_id(run) && dimensions(&design) == dimensions(run);
-    Ok((Replacement { at, blob, fits }, design, contender))
+    // Feedforward and trigger belong to gains and are not in a blob: a node that has them takes none.
+    let takes_any = run.tracking.is_none() && run.event.is_none();
+    let fits = takes_any && design_id(&design) == design_id(run) && format(&design) == format(run);
+    let replacement = Replacement::new(blob, fits, at, options.cycles as usize);
+    Ok((replacement.map_err(|error| wrong(path, &error))?, design, contender))
 }
 
 /// Random restarts: most cycles a node is away.
@@ -154,6 +169,16 @@ pub(super) fn pil(options: &Options) -> Result<(), Failure> {
         let link = load(options, path)?.network.controller_to_actuator;
         contender.meet(Change { link, cycle }, &design).map_err(refuse)?;
     }
+    let restarts = match options.restarts {
+        Some(count) => pil::at_random(count, cycles, LONGEST_AWAY, options.seed),
+        None => pil::in_order(options.restart.clone(), cycles),
+    };
+    let restarts = restarts.map_err(|error| input(&error))?;
+    let other = match options.gains_of.as_ref().zip(options.gains_at) {
+        Some((path, at)) => Some(replacement(options, path, at, &design)?),
+        None => None,
+    };
+    pil::find_emulator().map_err(|error| input(&error))?;
 
     let images = match options.controller_image.clone().zip(options.actuator_image.clone()) {
         Some((controller, actuator)) => [controller, actuator],
@@ -173,21 +198,9 @@ pub(super) fn pil(options: &Options) -> Result<(), Failure> {
         transport: options.transport,
         counts: options.count,
     });
-    let restarts = match options.restarts {
-        Some(count) => pil::at_random(count, cycles, LONGEST_AWAY, options.seed),
-        None => options.restart.clone(),
-    };
     let plan = Plan { cycles, seed: options.seed, setups, restarts };
 
-    let other = match options.gains_of.as_ref().zip(options.gains_at) {
-        Some((path, at)) => Some(replacement(options, path, at, &design)?),
-        None => None,
-    };
-
-    let folder = tempfile::tempdir().map_err(|error| input(&error))?;
-    if let Some(logs) = &options.logs {
-        fs::create_dir_all(logs).map_err(|error| input(&format_args!("{}: {error}", logs.display())))?;
-    }
+    let files = Files::new(options.logs.as_deref()).map_err(|error| input(&error))?;
     let bar = progress(cycles, "cycles");
     let start = Instant::now();
     let run = Pil {
@@ -195,12 +208,20 @@ pub(super) fn pil(options: &Options) -> Result<(), Failure> {
         contender: &contender,
         plan: &plan,
         replacement: other.as_ref().map(|(replacement, design, contender)| (replacement, design, contender)),
-        folder: options.logs.as_deref().unwrap_or(folder.path()),
+        files: &files,
         done: || bar.inc(1),
     };
     let outcome = dispatch(&design, run).map_err(|error| wrong(&error))?;
     bar.finish_and_clear();
-    let outcome = outcome.map_err(|error| input(&error))?;
+    let outcome = match outcome {
+        Ok(outcome) => outcome,
+        Err(PilError::Unfit(error)) => return Err(wrong(&error)),
+        Err(PilError::Node(error)) => {
+            // The error names the log of the node.
+            files.keep_logs();
+            return Err(Failure::Run(error.to_string()));
+        }
+    };
     let seconds = start.elapsed().as_secs_f64();
     if options.json {
         println!("{}", outcome.json());
@@ -208,8 +229,10 @@ pub(super) fn pil(options: &Options) -> Result<(), Failure> {
         print!("{}", outcome.text());
         eprintln!("{:.0} cycles per second", cycles as f64 / seconds);
     }
-    match outcome.is_good() {
-        true => Ok(()),
-        false => Err(Failure::Input("boards and simulator differ, or the loop has failed".to_owned())),
+    match outcome.failures().join("; ") {
+        failures if failures.is_empty() => Ok(()),
+        failures => {
+            Err(Failure::Run(format!("{failures}; the nodes' logs: {}", files.keep_logs().display())))
+        }
     }
 }

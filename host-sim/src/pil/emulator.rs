@@ -1,22 +1,32 @@
 //! A board in QEMU: started with a line to its node, and stopped when it is no longer needed.
 //!
-//! What goes over the line is [`super::remote`]'s.
+//! What goes over the line is [`super::remote`]'s, where its files are is [`super::files`]'. QEMU runs in the folder of the
+//! lines, so that it is told names without folders: neither its options nor the node's command line could hold any path.
 
+use super::{files::Files, remote::name};
 use rustix::fs::{CWD, Mode, mkfifoat};
+use slqg::wire::Role;
 use std::{
+    env,
+    ffi::{OsStr, OsString},
     fs::{self, File},
     io::{self, Read},
-    os::fd::OwnedFd,
-    os::unix::net::{UnixListener, UnixStream},
-    path::{Path, PathBuf},
+    os::{
+        fd::OwnedFd,
+        unix::{
+            ffi::{OsStrExt, OsStringExt},
+            net::UnixStream,
+        },
+    },
+    path::{Path, PathBuf, absolute},
     process::{Child, Command, Stdio},
     thread,
     time::{Duration, Instant},
 };
 
 const PROGRAM: &str = "qemu-system-arm";
-/// Time for an emulator to start.
-const START: Duration = Duration::from_secs(20);
+/// Time for an emulator to end once it has closed its line.
+const END: Duration = Duration::from_secs(5);
 
 /// How bytes get to a node and back.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
@@ -94,6 +104,27 @@ pub struct Setup {
     pub counts: bool,
 }
 
+/// There is no emulator.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "{PROGRAM} is in no folder of PATH ({}); install QEMU for Arm system emulation, on Debian:\n  \
+     apt-get install --no-install-recommends {PROGRAM}",
+    Path::new(path).display()
+)]
+pub struct NoEmulator {
+    path: OsString,
+}
+
+/// Where the emulator is.
+///
+/// # Errors
+/// If it is not on `PATH`.
+pub fn find_emulator() -> Result<PathBuf, NoEmulator> {
+    let path = env::var_os("PATH").unwrap_or_default();
+    let found = env::split_paths(&path).map(|folder| folder.join(PROGRAM)).find(|file| file.is_file());
+    found.ok_or(NoEmulator { path })
+}
+
 /// A running emulator; ends with its owner.
 pub(super) struct Emulator(Child);
 
@@ -106,70 +137,26 @@ pub(super) struct Line {
 }
 
 impl Emulator {
-    /// Starts the image with its line and its log in `folder`, in files that begin with `name`.
-    pub(super) fn start(setup: &Setup, folder: &Path, name: &str) -> io::Result<(Self, Line)> {
-        let log = folder.join(format!("{name}.log"));
-        let mut command = Command::new(PROGRAM);
+    /// Starts the image of the node `role`, with its line. Its log goes on where it ends.
+    pub(super) fn start(setup: &Setup, files: &Files, role: Role) -> io::Result<(Self, Line)> {
+        let program = find_emulator().map_err(io::Error::other)?;
+        let mut command = Command::new(absolute(program)?);
         command.args(["-M", setup.board.machine(), "-display", "none", "-monitor", "none"]);
         if setup.counts {
             command.args(["-icount", &format!("shift={COUNT_SHIFT}")]);
         }
-        command.arg("-kernel").arg(&setup.image);
+        command.arg("-kernel").arg(absolute(&setup.image)?).current_dir(files.lines());
         command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped());
-        let start = |command: &mut Command| match command.spawn() {
-            Ok(child) => Ok(Self(child)),
-            Err(error) => Err(io::Error::other(format!("cannot start {PROGRAM}: {error}"))),
+        let line = match setup.transport {
+            Transport::Uart => uart(&mut command)?,
+            Transport::Bulk => bulk(&mut command, files.lines(), name(role))?,
         };
-        match setup.transport {
-            Transport::Uart => {
-                let socket = folder.join(format!("{name}.sock"));
-                // Of the node that ran before.
-                let _ = fs::remove_file(&socket);
-                let listener = UnixListener::bind(&socket)?;
-                command.arg("-serial").arg(format!("unix:{}", socket.display()));
-                command.arg("-serial").arg(format!("file:{}", log.display()));
-                let mut emulator = start(&mut command)?;
-                let stream = emulator.accept(&listener)?;
-                let input = File::from(OwnedFd::from(stream.try_clone()?));
-                Ok((emulator, Line { input, output: File::from(OwnedFd::from(stream)) }))
-            }
-            Transport::Bulk => {
-                let base = folder.join(name);
-                let path = |extension: &str| folder.join(format!("{name}.{extension}"));
-                for fifo in [path("in"), path("out")] {
-                    let _ = fs::remove_file(&fifo);
-                    mkfifoat(CWD, &fifo, Mode::RUSR | Mode::WUSR)?;
-                }
-                let semihosting = format!(
-                    "enable=on,target=native,arg=node,arg={}",
-                    base.display().to_string().replace(',', ",,")
-                );
-                command.args(["-semihosting-config", &semihosting, "-serial", "null"]);
-                command.arg("-serial").arg(format!("file:{}", log.display()));
-                // Opened both ways, which waits for nobody; the node finds the other end there.
-                let both = |path: PathBuf| File::options().read(true).write(true).open(path);
-                let line = Line { input: both(path("in"))?, output: both(path("out"))? };
-                Ok((start(&mut command)?, line))
-            }
+        let log = option("file,id=log,append=on,path=", files.log(role).as_os_str());
+        command.arg("-chardev").arg(log).args(["-serial", "chardev:log"]);
+        match command.spawn() {
+            Ok(child) => Ok((Self(child), line)),
+            Err(error) => Err(io::Error::other(format!("cannot start {PROGRAM}: {error}"))),
         }
-    }
-
-    /// The emulator's end of the socket, once it connects.
-    fn accept(&mut self, listener: &UnixListener) -> io::Result<UnixStream> {
-        listener.set_nonblocking(true)?;
-        let deadline = Instant::now() + START;
-        while Instant::now() < deadline {
-            match listener.accept() {
-                Ok((stream, _)) => return stream.set_nonblocking(false).map(|()| stream),
-                Err(error) if error.kind() != io::ErrorKind::WouldBlock => return Err(error),
-                Err(_) => (),
-            }
-            if let Some(words) = self.last_words() {
-                return Err(io::Error::other(words));
-            }
-            thread::sleep(Duration::from_millis(2));
-        }
-        Err(io::Error::other(format!("{PROGRAM} does not open its UART")))
     }
 
     /// What QEMU said as it ended, if it has ended.
@@ -182,6 +169,17 @@ impl Emulator {
         }
         Some(format!("{PROGRAM} has ended ({status}) {}", text.trim()))
     }
+
+    /// The same of one that is about to end, as its closed line tells.
+    pub(super) fn wait_for_last_words(&mut self) -> Option<String> {
+        let deadline = Instant::now() + END;
+        loop {
+            match self.last_words() {
+                None if Instant::now() < deadline => thread::sleep(Duration::from_millis(2)),
+                words => return words,
+            }
+        }
+    }
 }
 
 impl Drop for Emulator {
@@ -189,5 +187,54 @@ impl Drop for Emulator {
         // Both fail only for a child that has already ended.
         let _ = self.0.kill();
         let _ = self.0.wait();
+    }
+}
+
+/// The board's first UART, on a socket without a name that QEMU has for its standard input.
+fn uart(command: &mut Command) -> io::Result<Line> {
+    let (own, of_qemu) = UnixStream::pair()?;
+    command.stdin(OwnedFd::from(of_qemu));
+    command.args(["-chardev", "socket,id=line,fd=0", "-serial", "chardev:line"]);
+    let input = File::from(OwnedFd::from(own.try_clone()?));
+    Ok(Line { input, output: File::from(OwnedFd::from(own)) })
+}
+
+/// Two FIFOs in `folder`, whose names the node is told.
+fn bulk(command: &mut Command, folder: &Path, name: &str) -> io::Result<Line> {
+    let open = |extension: &str| {
+        let fifo = folder.join(format!("{name}.{extension}"));
+        // Of the node that ran before.
+        let _ = fs::remove_file(&fifo);
+        mkfifoat(CWD, &fifo, Mode::RUSR | Mode::WUSR)?;
+        // Opened both ways, which waits for nobody; the node finds the other end there.
+        File::options().read(true).write(true).open(fifo)
+    };
+    let line = Line { input: open("in")?, output: open("out")? };
+    command.args(["-semihosting-config", &format!("enable=on,target=native,arg=node,arg={name}")]);
+    command.args(["-serial", "null"]);
+    Ok(line)
+}
+
+/// An option of QEMU that ends with a path: a comma separates options, two stand for one.
+fn option(before: &str, path: &OsStr) -> OsString {
+    let mut bytes = before.as_bytes().to_vec();
+    for byte in path.as_bytes() {
+        bytes.push(*byte);
+        if *byte == b',' {
+            bytes.push(b',');
+        }
+    }
+    OsString::from_vec(bytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_comma_in_a_path_does_not_end_the_option() {
+        let path = OsStr::from_bytes(b"/of a, b=\xff/node.log");
+        let expected = OsStr::from_bytes(b"path=/of a,, b=\xff/node.log");
+        assert_eq!(option("path=", path), expected);
     }
 }

@@ -6,6 +6,7 @@
 use super::{
     difference::Difference,
     emulator::Setup,
+    files::Files,
     frames::Dimensions,
     remote::{NodeFailure, Remote},
     replacement::{Replacement, Transfer},
@@ -23,8 +24,6 @@ use slqg::{
     controller::Law,
     wire::{self, GainsAnswer, Kind, Ran, Role, Status, Tuned, Verdict},
 };
-use std::path::Path;
-
 /// Samples of the reference in one frame, as many as the nodes take.
 const SAMPLES: usize = 8;
 
@@ -33,7 +32,7 @@ pub(super) struct Boards<'a, T, const NX: usize, const NU: usize> {
     /// Of the controller and of the actuator.
     pub(super) setups: &'a [Setup; 2],
     /// For lines and logs.
-    pub(super) folder: &'a Path,
+    pub(super) files: &'a Files,
     /// In order.
     pub(super) restarts: &'a [Restart],
     /// Gains that are sent to the controller, and the law that they are in the size class.
@@ -110,7 +109,7 @@ impl<'f, T: SimScalar, const NX: usize, const NU: usize, const NY: usize, const 
         let node = Remote::start::<T>(
             &self.boards.setups[role as usize],
             role,
-            self.boards.folder,
+            self.boards.files,
             Tick(self.cycle as u32),
         )?;
         self.nodes[role as usize] = Some(node);
@@ -146,10 +145,10 @@ impl<'f, T: SimScalar, const NX: usize, const NU: usize, const NY: usize, const 
         }
     }
 
-    /// What became of the gains that were sent, and in which cycle all of them were there; `None` if none were.
+    /// What became of the gains that were sent, and in which cycle that was said; `None` if none were to be sent.
     pub(super) fn replaced(&self) -> Option<(Verdict, usize)> {
         let transfer = self.transfer.as_ref()?;
-        Some((transfer.verdict.unwrap_or(Verdict::Incomplete), transfer.whole_in.unwrap_or(self.cycle)))
+        Some(transfer.verdict.unwrap_or((Verdict::Incomplete, self.cycle)))
     }
 
     /// Sends the next part of the gains. The twin takes the law in the cycle in which the node has all of them.
@@ -195,6 +194,7 @@ impl<T: SimScalar, const NX: usize, const NU: usize, const NY: usize, const E: u
                     Role::Controller => {
                         self.twin.restart_controller(tick);
                         self.next_sample = 0;
+                        self.transfer.iter_mut().for_each(Transfer::restarted);
                     }
                     Role::Actuator => self.twin.restart_actuator(tick),
                 }
@@ -241,7 +241,7 @@ impl<T: SimScalar, const NX: usize, const NU: usize, const NY: usize, const E: u
                 }
                 Some(Kind::GainsAnswer) => {
                     let (_, answer) = node.read(wire::decode_service::<T, GainsAnswer>, frame)?;
-                    self.transfer.iter_mut().for_each(|transfer| transfer.answered(answer));
+                    self.transfer.iter_mut().for_each(|transfer| transfer.answered(answer, cycle));
                 }
                 kind => return Err(node.damaged(format!("unexpected frame {kind:?}"))),
             }

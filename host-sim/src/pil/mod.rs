@@ -3,6 +3,7 @@
 //! | file | what lives there |
 //! |---|---|
 //! | `emulator` | a board in QEMU, and the line to it |
+//! | `files` | where lines and logs are, and which of them stay |
 //! | `remote` | a node on a board: frames to it and from it |
 //! | `frames` | frames of a size class to those of the design's own dimensions and back |
 //! | `ends` | both nodes as ends of the loop, with a twin in this process |
@@ -17,6 +18,7 @@
 mod difference;
 mod emulator;
 mod ends;
+mod files;
 mod frames;
 mod images;
 mod outcome;
@@ -37,15 +39,15 @@ use ends::{BoardEnds, Boards};
 use frames::Dimensions;
 use gain_gen::design::Design;
 use slqg::{controller::Law, estimator::Merging};
-use std::path::Path;
 
 pub use difference::Difference;
-pub use emulator::{Board, Setup, Transport};
+pub use emulator::{Board, NoEmulator, Setup, Transport, find_emulator};
+pub use files::{Files, NoFiles};
 pub use images::{NoImages, Request, build};
 pub use outcome::{Instructions, Outcome, Recovery};
 pub use remote::{NodeFailure, name};
-pub use replacement::Replacement;
-pub use restart::{NoRestart, Restart, at_random};
+pub use replacement::{Replacement, Unsendable};
+pub use restart::{Misplaced, NoRestart, Restart, at_random, in_order};
 
 /// Seed of the restarts and of the loop, cycles, and which boards.
 #[derive(Debug, Clone)]
@@ -56,7 +58,7 @@ pub struct Plan {
     pub seed: u64,
     /// Boards of the controller and of the actuator.
     pub setups: [Setup; 2],
-    /// Nodes that are killed.
+    /// Nodes that are killed, [in order](in_order).
     pub restarts: Vec<Restart>,
 }
 
@@ -83,7 +85,7 @@ pub struct Pil<'a, P> {
     /// Gains that the controller gets on the way: as a blob, and the design and controller that they are of.
     pub replacement: Option<(&'a Replacement, &'a Design, &'a Contender)>,
     /// For lines and logs.
-    pub folder: &'a Path,
+    pub files: &'a Files,
     /// Called after every cycle.
     pub done: P,
 }
@@ -103,7 +105,7 @@ impl<P: Fn() + Sync> Pil<'_, P> {
     fn with<T: SimScalar, const NX: usize, const NU: usize, const NY: usize, const E: usize>(
         &self,
     ) -> Result<Outcome, PilError> {
-        let Self { design, contender, plan, folder, done, replacement } = self;
+        let Self { design, contender, plan, files, done, replacement } = self;
         let fitted = Fitted::<T, NX, NU, NY>::new(design, contender);
         fitted.design()?;
         let other = replacement.map(|(_, design, contender)| Fitted::<T, NX, NU, NY>::new(design, contender));
@@ -120,7 +122,7 @@ impl<P: Fn() + Sync> Pil<'_, P> {
 
         let boards = Boards {
             setups: &plan.setups,
-            folder,
+            files,
             restarts: &plan.restarts,
             replacement: replacement.map(|(replacement, ..)| replacement).zip(law),
             dimensions: Dimensions {

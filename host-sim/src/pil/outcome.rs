@@ -42,7 +42,7 @@ pub struct Outcome {
     pub sent: usize,
     /// The first difference between boards and simulator, if there is any.
     pub difference: Option<Difference>,
-    /// What became of gains that were sent to the controller, and in which cycle all of them were there.
+    /// What became of gains that were sent to the controller, and in which cycle it said so.
     pub replaced: Option<(Verdict, usize)>,
     /// What the controller did that tunes itself, and in which cycle.
     pub tuned: Vec<(usize, Tuned)>,
@@ -116,10 +116,21 @@ pub(super) fn recoveries<const NX: usize>(
 }
 
 impl Outcome {
-    /// Whether boards and simulator agree to the bit, and nothing went wrong.
-    pub fn is_good(&self) -> bool {
-        let is_replaced = self.replaced.is_none_or(|(verdict, _)| verdict == Verdict::InForce);
-        self.difference.is_none() && self.all_finite && !self.diverged && is_replaced
+    /// What went wrong; nothing if boards and simulator agree to the bit, the loop is stable, and gains that were sent are in
+    /// force.
+    pub fn failures(&self) -> Vec<String> {
+        let replaced = self.replaced.filter(|(verdict, _)| *verdict != Verdict::InForce);
+        [
+            self.difference
+                .as_ref()
+                .map(|found| format!("boards and simulator differ in cycle {}", found.cycle)),
+            self.diverged.then(|| "the state left all bounds".to_owned()),
+            (!self.all_finite).then(|| "an applied input was not finite".to_owned()),
+            replaced.map(|(verdict, _)| format!("gains sent: {}", said(verdict))),
+        ]
+        .into_iter()
+        .flatten()
+        .collect()
     }
 
     /// For people.
@@ -156,7 +167,7 @@ impl Outcome {
             line("INPUT", "not finite".into());
         }
         if let Some((verdict, cycle)) = self.replaced {
-            line("gains sent", format!("{} in cycle {cycle}", said(verdict)));
+            line("gains sent", format!("cycle {cycle}: {}", said(verdict)));
         }
         for (cycle, tuned) in &self.tuned {
             line("tuned", format!("cycle {cycle}: {}", done(*tuned)));
@@ -215,7 +226,9 @@ impl Outcome {
             "host_cost": self.host_cost, "board_cost": self.board_cost,
             "diverged": self.diverged, "all_finite": self.all_finite, "sent": self.sent,
             "restarts": self.recoveries.iter().map(recovery).collect::<Vec<_>>(),
-            "gains": self.replaced.map(|(verdict, cycle)| json!({ "verdict": said(verdict), "cycle": cycle })),
+            "gains": self.replaced.map(|(verdict, cycle)| json!({
+                "verdict": said(verdict), "in_force": verdict == Verdict::InForce, "cycle": cycle,
+            })),
             "tuned": self.tuned.iter().map(|(cycle, tuned)| json!({ "cycle": cycle, "did": done(*tuned) })).collect::<Vec<_>>(),
             "instructions": self.instructions.map(|count| json!({ "mean": count.mean, "longest": count.longest })),
             "controller": status(&self.controller), "actuator": status(&self.actuator),
@@ -252,6 +265,60 @@ fn said(verdict: Verdict) -> &'static str {
 mod tests {
     use super::*;
     use slqg::wire::Role;
+
+    fn outcome() -> Outcome {
+        let status = |role| Status {
+            role,
+            cycles: 100,
+            realigned: 0,
+            rejected: 0,
+            overruns: 0,
+            stack: 1000,
+            variables: 500,
+        };
+        Outcome {
+            name: "motor".to_owned(),
+            sequence_length: 4,
+            cycles: 100,
+            seed: 1,
+            board: Board::Mps2An386,
+            transport: Transport::Bulk,
+            host_cost: 1.0,
+            board_cost: 1.0,
+            diverged: false,
+            all_finite: true,
+            sent: 100,
+            difference: None,
+            replaced: None,
+            tuned: Vec::new(),
+            recoveries: Vec::new(),
+            instructions: None,
+            controller: status(Role::Controller),
+            actuator: status(Role::Actuator),
+        }
+    }
+
+    #[test]
+    fn gains_that_are_not_in_force_are_a_failure_and_are_told() {
+        let with = |verdict| Outcome { replaced: Some((verdict, 7)), ..outcome() };
+        assert!(with(Verdict::InForce).failures().is_empty());
+        let refused = with(Verdict::Design);
+        assert_eq!(refused.failures(), ["gains sent: refused: for another plant"]);
+        assert!(refused.text().contains("cycle 7: refused: for another plant"), "{}", refused.text());
+        let json = refused.json();
+        assert_eq!((&json["gains"]["in_force"], &json["gains"]["cycle"]), (&false.into(), &7.into()));
+        assert_eq!(with(Verdict::Incomplete).failures(), ["gains sent: not all sent"]);
+    }
+
+    #[test]
+    fn a_difference_is_a_failure_and_one_failure_does_not_hide_another() {
+        assert!(outcome().failures().is_empty());
+        let [what, host, board] = ["applied input 1", "1", "2"].map(str::to_owned);
+        let difference = Some(Difference { cycle: 9, what, host, board });
+        let failed = Outcome { difference, diverged: true, all_finite: false, ..outcome() };
+        assert_eq!(failed.failures().len(), 3);
+        assert_eq!(failed.failures()[0], "boards and simulator differ in cycle 9");
+    }
 
     #[test]
     fn recovery_counts_from_the_return_to_the_first_of_ten_calm_cycles() {

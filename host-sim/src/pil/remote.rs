@@ -1,6 +1,9 @@
 //! A node on a board: frames to it, frames from it, and how long to wait for them.
 
-use super::emulator::{Emulator, Line, Setup};
+use super::{
+    emulator::{Emulator, Line, Setup},
+    files::Files,
+};
 use crate::size_class::SimScalar;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use slqg::{
@@ -13,13 +16,16 @@ use slqg::{
 use std::{
     collections::VecDeque,
     io::{self, Read, Write},
-    path::{Path, PathBuf},
+    path::PathBuf,
+    time::{Duration, Instant},
 };
 
 /// Longest frame from a node.
 const LONGEST: usize = 4096;
 /// Seconds of silence after which a node is held for dead.
-const PATIENCE_SECONDS: i64 = 30;
+const PATIENCE_SECONDS: u64 = 30;
+/// Time after which a silent node's emulator is looked after: a line of FIFOs does not tell that it has ended.
+const LOOK: Timespec = Timespec { tv_sec: 0, tv_nsec: 200_000_000 };
 
 /// Why a node has stopped.
 #[derive(Debug, thiserror::Error)]
@@ -45,7 +51,7 @@ pub enum NodeFailure {
         log: PathBuf,
     },
     /// What it says cannot be read.
-    #[error("the {} node in cycle {cycle}: {reason}", name(*role))]
+    #[error("the {} node in cycle {cycle}: {reason}; its log: {}", name(*role), log.display())]
     Frame {
         /// Which node.
         role: Role,
@@ -53,6 +59,8 @@ pub enum NodeFailure {
         cycle: u32,
         /// What is wrong.
         reason: String,
+        /// Where its log is.
+        log: PathBuf,
     },
 }
 
@@ -83,12 +91,15 @@ impl Remote {
     pub(super) fn start<T: SimScalar>(
         setup: &Setup,
         role: Role,
-        folder: &Path,
+        files: &Files,
         tick: Tick,
     ) -> Result<Self, NodeFailure> {
-        let log = folder.join(format!("{}.log", name(role)));
-        let (emulator, line) = Emulator::start(setup, folder, name(role))
-            .map_err(|reason| NodeFailure::Line { role, reason, log: log.clone() })?;
+        let log = files.log(role);
+        let (emulator, line) = Emulator::start(setup, files, role).map_err(|reason| NodeFailure::Line {
+            role,
+            reason,
+            log: log.clone(),
+        })?;
         let mut node = Self {
             role,
             emulator,
@@ -142,23 +153,29 @@ impl Remote {
 
     /// Writes what is queued, and waits for a frame of this kind; those before it are kept.
     fn wait_for(&mut self, kind: Kind) -> Result<Vec<u8>, NodeFailure> {
-        self.line.input.write_all(&self.to_send).map_err(|reason| self.broken(reason))?;
+        if let Err(reason) = self.line.input.write_all(&self.to_send) {
+            return Err(self.closed(reason));
+        }
         self.to_send.clear();
         let mut chunk = [0; 1024];
+        let deadline = Instant::now() + Duration::from_secs(PATIENCE_SECONDS);
         loop {
-            let timeout = Timespec { tv_sec: PATIENCE_SECONDS, tv_nsec: 0 };
-            let ready = poll(&mut [PollFd::new(&self.line.output, PollFlags::IN)], Some(&timeout));
+            let ready = poll(&mut [PollFd::new(&self.line.output, PollFlags::IN)], Some(&LOOK));
             if ready.map_err(|reason| self.broken(reason.into()))? == 0 {
-                return Err(match self.emulator.last_words() {
-                    Some(words) => self.broken(io::Error::other(words)),
-                    None => NodeFailure::Silent { role: self.role, cycle: self.cycle, log: self.log.clone() },
-                });
+                match self.emulator.last_words() {
+                    Some(words) => return Err(self.broken(io::Error::other(words))),
+                    None if Instant::now() < deadline => continue,
+                    None => {
+                        let Self { role, cycle, ref log, .. } = *self;
+                        return Err(NodeFailure::Silent { role, cycle, log: log.clone() });
+                    }
+                }
             }
-            let count = self.line.output.read(&mut chunk).map_err(|reason| self.broken(reason))?;
-            if count == 0 {
-                let words = self.emulator.last_words().unwrap_or_else(|| "its line is closed".to_owned());
-                return Err(self.broken(io::Error::other(words)));
-            }
+            let count = match self.line.output.read(&mut chunk) {
+                Ok(0) => return Err(self.closed(io::Error::other("its line is closed"))),
+                Ok(count) => count,
+                Err(reason) => return Err(self.closed(reason)),
+            };
             for byte in &chunk[..count] {
                 if let Some(frame) = self.unstuffer.take(*byte) {
                     self.received.push_back(frame.to_vec());
@@ -181,7 +198,13 @@ impl Remote {
 
     /// A frame that cannot be right.
     pub(super) fn damaged(&self, reason: String) -> NodeFailure {
-        NodeFailure::Frame { role: self.role, cycle: self.cycle, reason }
+        NodeFailure::Frame { role: self.role, cycle: self.cycle, reason, log: self.log.clone() }
+    }
+
+    /// Its line is closed: what its emulator says is the better reason.
+    fn closed(&mut self, reason: io::Error) -> NodeFailure {
+        let words = self.emulator.wait_for_last_words();
+        self.broken(words.map_or(reason, io::Error::other))
     }
 
     fn broken(&self, reason: io::Error) -> NodeFailure {
