@@ -149,12 +149,15 @@ fn todays_generator_writes_the_committed_blobs() {
 }
 
 #[test]
-fn gains_of_another_design_are_refused_and_those_of_another_length_are_not() {
+fn gains_for_another_plant_are_refused_and_those_for_another_network_or_length_are_not() {
     let (good, bad) = (here("../designs/pendulum.toml"), here("../designs/pendulum_bad.toml"));
-    assert_ne!(id(&good), id(&bad));
+    let other = here("../designs/double_integrator.toml");
     let storage = &mut [0.0_f32; 256];
-    let outcome = blob::load::<f32, 4, 1>(&emitted(&bad, &[]), storage, Some(id(&good))).map(|_| ());
-    assert_eq!(outcome, Err(BlobError::Design(id(&bad))));
+    let outcome = blob::load::<f32, 4, 1>(&emitted(&other, &[]), storage, Some(id(&good))).map(|_| ());
+    assert_eq!(outcome, Err(BlobError::Design(id(&other))));
+    let for_bad = emitted(&bad, &[]);
+    assert_ne!(for_bad, emitted(&good, &["--sequence-length", "8"]));
+    assert_eq!(blob::load::<f32, 4, 1>(&for_bad, storage, Some(id(&good))).unwrap().length(), 8);
     let longer = emitted(&good, &["--sequence-length", "6", "--default-input", "hold"]);
     let law = blob::load::<f32, 4, 1>(&longer, storage, Some(id(&good))).unwrap();
     assert_eq!((law.length(), law.default_input()), (6, DefaultInput::Hold));

@@ -41,7 +41,7 @@ const CHECKSUM_LEN: usize = 4;
 const ZERO: u8 = 0;
 const HOLD: u8 = 1;
 
-/// Which design gains belong to: a checksum of its name and plant, see `docs/blob-format.md`.
+/// Which plant gains belong to: a checksum of its numbers, see `docs/blob-format.md`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct DesignId(pub u32);
 
