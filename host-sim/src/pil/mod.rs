@@ -11,7 +11,8 @@
 //! | `replacement` | gains that are replaced while the loop runs |
 //! | `restart` | nodes that are killed and come back |
 //! | `images` | the programs for a design, built |
-//! | `outcome` | what a run came to, as text and JSON |
+//! | `outcome` | what a run came to |
+//! | `telling` | the same in words and as JSON |
 //!
 //! The loop is [`crate::closed_loop`]'s, the same as without boards.
 
@@ -25,6 +26,7 @@ mod outcome;
 mod remote;
 mod replacement;
 mod restart;
+mod telling;
 
 use crate::{
     closed_loop::{RunPlan, run, run_ends},

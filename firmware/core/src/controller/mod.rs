@@ -2,37 +2,34 @@
 //!
 //! It ties the rooms together and decides nothing itself: the estimate is [`crate::estimator`]'s, the
 //! expected inputs [`crate::in_flight`]'s, the law [`crate::gains`]', the feedforward [`crate::tracking`]'s, whether to send
-//! [`crate::event`]'s, the bytes [`crate::wire`]'s. What it is told at design time is in `design`.
+//! [`crate::event`]'s, the bytes [`crate::wire`]'s.
+//!
+//! | file | what lives there |
+//! |---|---|
+//! | `design` | what it is told at design time |
+//! | `law` | what it may be told later: another law |
+//! | `receive` | frames in |
+//! | `cycle` | the cycle, and its frame out |
 
+mod cycle;
 mod design;
 mod law;
+mod receive;
 
 use crate::{
     Scalar, Tick,
     actuator::Age,
-    estimator::{ModeFilter, RejectedMeasurement, Surroundings},
-    event::{Candidate, Trigger},
+    estimator::{ModeFilter, Surroundings},
+    event::Trigger,
     gains::Gains,
     in_flight::InFlight,
-    sequence::ControlSequence,
     tracking::{Feedforward, RejectedReference},
-    wire::{self, Acknowledgement, DecodeError, EncodeError, Measurement},
 };
 use nalgebra::SVector;
 
 pub use design::{Design, InvalidDesign};
 pub use law::{CycleError, Law};
-
-/// Why a frame changed nothing.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum RejectedFrame {
-    /// The bytes are neither a measurement nor an acknowledgement for this controller.
-    Decode(DecodeError),
-    /// The measurement in it is of no use.
-    Measurement(RejectedMeasurement),
-    /// The acknowledgement names a cycle that is not over, is too long ago, or a sequence that was never sent.
-    Acknowledgement,
-}
+pub use receive::RejectedFrame;
 
 /// What a controller counted since its start; every count saturates.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -189,143 +186,6 @@ impl<
     /// Whether a sequence was sent in cycle `tick`, as far as is remembered: longer than an acknowledgement may tell of.
     pub fn has_sent(&self, tick: Tick) -> bool {
         self.in_flight.made_at(tick).is_some()
-    }
-
-    /// Takes a measurement or acknowledgement frame from the link; any number of them, in any order.
-    ///
-    /// # Errors
-    /// Says why the frame changed nothing. It is counted; there is nothing else to do.
-    pub fn receive(&mut self, frame: &[u8]) -> Result<(), RejectedFrame> {
-        let outcome = match wire::decode_measurement(frame) {
-            Ok(measurement) => self.measured(measurement),
-            Err(DecodeError::Kind(_)) => match wire::decode_acknowledgement::<T>(frame) {
-                Ok(acknowledgement) => self.acknowledged(&acknowledgement),
-                Err(error) => Err(RejectedFrame::Decode(error)),
-            },
-            Err(error) => Err(RejectedFrame::Decode(error)),
-        };
-        if outcome.is_err() {
-            count(&mut self.counts.rejected_frames);
-        }
-        outcome
-    }
-
-    fn measured(&mut self, measurement: Measurement<T, NY>) -> Result<(), RejectedFrame> {
-        self.filter.measure(measurement.tick, measurement.output).map_err(RejectedFrame::Measurement)
-    }
-
-    fn acknowledged(&mut self, acknowledgement: &Acknowledgement) -> Result<(), RejectedFrame> {
-        let told = || (0..).zip(&acknowledgement.ages).map(|(ago, age)| (acknowledgement.tick - ago, *age));
-        // Only cycles that are over can be acknowledged, while the estimator remembers them.
-        let remembered = told().take_while(|(tick, _)| self.filter.is_acknowledged(*tick).is_some()).count();
-        let default_input = self.design.actuator.default_input;
-        let sent = |tick, age| self.in_flight.applied_input(default_input, tick, age, &SVector::zeros());
-        if remembered == 0 || told().take(remembered).any(|(tick, age)| sent(tick, age).is_none()) {
-            return Err(RejectedFrame::Acknowledgement);
-        }
-        for (tick, age) in told().take(remembered) {
-            self.filter.acknowledge(tick, age);
-        }
-        Ok(())
-    }
-
-    /// Runs one cycle: estimates the state, decides the sequence, and writes it as a frame into `buffer`.
-    ///
-    /// Returns the frame to send, [`wire::control_len`] bytes; `None` if nothing is to be sent: the sequence is not worth a
-    /// packet, or no finite one came out, which costs the loop no more than a lost packet. Either is counted. The
-    /// actuator needs no word of it: it plays on and acknowledges what it plays. Thesis (3.30), THEORY 3, 7.
-    ///
-    /// # Errors
-    /// If `buffer` is too small for the frame. The cycle is over even so, as if the packet was lost.
-    pub fn cycle<'b>(&mut self, buffer: &'b mut [u8]) -> Result<Option<&'b [u8]>, EncodeError> {
-        self.run(&self.design.law(), buffer)
-    }
-
-    /// As [`Controller::cycle`], under another law than the design's: that of a [`crate::bank::Bank`], which may change from
-    /// cycle to cycle. Preview gains and trigger stay as they are.
-    ///
-    /// # Errors
-    /// If the law is for sequences of another length or for another default input, or if `buffer` is too small.
-    pub fn cycle_under<'b>(
-        &mut self,
-        law: &Law<'_, T, NX, NU>,
-        buffer: &'b mut [u8],
-    ) -> Result<Option<&'b [u8]>, CycleError> {
-        self.design.check_law(law.gains.length(), law.gains.default_input()).map_err(CycleError::Law)?;
-        self.run(law, buffer).map_err(CycleError::Encode)
-    }
-
-    fn run<'b>(
-        &mut self,
-        law: &Law<'_, T, NX, NU>,
-        buffer: &'b mut [u8],
-    ) -> Result<Option<&'b [u8]>, EncodeError> {
-        let tick = self.filter.tick();
-        if self.filter.is_acknowledged(tick - 1) == Some(false) {
-            count(&mut self.counts.unacknowledged);
-        }
-        self.filter.filter(&around(&self.design, law, &self.in_flight));
-        self.believe(law, tick - 1);
-        let expected = self.in_flight.expected_inputs(&law.gains);
-        let mut inputs = law.gains.sequence(self.filter.posterior_mean(), &expected);
-        self.feedforward.add_to(&mut inputs);
-        if let Some(grid) = &self.design.grid {
-            // Before anything remembers them: the actuator gets no others.
-            inputs.iter_mut().for_each(|input| *input = grid.round(input));
-        }
-        let sequence = ControlSequence { tick, inputs };
-        let frame = if !sequence.is_finite() {
-            count(&mut self.counts.not_finite);
-            Ok(None)
-        } else if !self.is_worth_sending(&law.gains, &sequence, &expected) {
-            count(&mut self.counts.not_worth_sending);
-            Ok(None)
-        } else {
-            wire::encode_control(&sequence, buffer).map(Some)
-        };
-        self.in_flight.push(matches!(frame, Ok(Some(_))).then_some(sequence));
-
-        self.filter.advance(&around(&self.design, law, &self.in_flight));
-        frame
-    }
-
-    /// Takes over what the estimator believes to have been played in cycle `last`, the one before the current.
-    fn believe(&mut self, law: &Law<'_, T, NX, NU>, last: Tick) {
-        let Some(modes) = self.filter.modes() else { return };
-        let around = around(&self.design, law, &self.in_flight);
-        let length = self.design.gains.length();
-        let taken = if self.rounds_age { Some(modes.rounded(length)) } else { modes.known() };
-        match taken {
-            Some(age) => {
-                // Of a sequence that is not remembered nothing can be expected.
-                let input = around.input(last, age, modes.held()).unwrap_or_else(SVector::zeros);
-                self.in_flight.acknowledge(age, input);
-            }
-            None => {
-                let oldest = u8::try_from(length - 1).map_or(Age::Empty, Age::Steps);
-                let oldest = around.input(last, oldest, modes.held()).unwrap_or_else(SVector::zeros);
-                let modes = modes.clone();
-                self.in_flight.believe(modes, oldest);
-            }
-        }
-    }
-
-    /// Without a trigger everything is.
-    fn is_worth_sending(
-        &self,
-        gains: &Gains<'_, T, NX, NU>,
-        sequence: &ControlSequence<T, NU, N>,
-        expected: &[SVector<T, NU>],
-    ) -> bool {
-        self.design.trigger.as_ref().is_none_or(|trigger| {
-            let candidate = Candidate {
-                posterior_mean: self.filter.posterior_mean(),
-                expected,
-                inputs: &sequence.inputs,
-                displaced: &self.feedforward.displaced,
-            };
-            trigger.is_worth_sending(trigger.benefit(gains, &self.in_flight, candidate))
-        })
     }
 }
 

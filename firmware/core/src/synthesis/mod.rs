@@ -14,6 +14,7 @@
 //! A reference adds a linear part to the cost-to-go, [`LinearCost`] (THEORY 6); what sending a packet is worth comes from
 //! the same matrices, [`Synthesis::fill_trigger`] (THEORY 7).
 
+mod change;
 mod dense;
 mod expectation;
 mod linear;

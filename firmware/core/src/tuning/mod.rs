@@ -9,20 +9,28 @@
 //! | `delays` | from acknowledged ages to a delay distribution, and whether it differs from another |
 //! | `solver` | gains for a delay distribution, in slices of one backward step |
 //! | `certificate` | the proof that these gains stabilise the loop |
+//! | `progress` | what a slice comes to |
 //! | `tuner` | what is done when: the three together beside a controller, and the law in force |
+//! | `parameters`, `event` | how it goes about it, and what it tells |
 //!
 //! What a law in force does is [`crate::controller`]'s business; the two sets of tables are [`crate::bank`]'s.
 
 mod certificate;
 mod delays;
+mod event;
+mod parameters;
+mod progress;
 mod solver;
 mod tuner;
 
 use crate::{DefaultInput, synthesis::Dimensions};
 
 pub use delays::{Count, DelayEstimate, threshold};
-pub use solver::{Progress, Solved, Solver, Unsolved};
-pub use tuner::{Counts, Event, InvalidTuner, Kept, Parameters, Tuner};
+pub use event::{Counts, Event, Kept};
+pub use parameters::{InvalidTuner, Parameters};
+pub use progress::{Progress, Solved, Unsolved};
+pub use solver::Solver;
+pub use tuner::Tuner;
 
 /// What gains were computed from, beside the plant: cost and link of the design. The generator writes it.
 #[derive(Debug, Clone, Copy, PartialEq)]

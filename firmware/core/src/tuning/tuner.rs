@@ -3,115 +3,19 @@
 //! It listens to the acknowledgements, notices that the link is no longer the one in force, has it solved for slice by slice,
 //! and switches to the new law once that is proved to stabilise the loop. Estimating is in `delays`, solving in `solver`.
 
-use super::{Basis, DelayEstimate, Progress, Solved, Solver, Unsolved, threshold};
+use super::{
+    Basis, Counts, DelayEstimate, Event, InvalidTuner, Kept, Parameters, Progress, Solver, threshold,
+};
 use crate::{
     Scalar, Tick,
     bank::{Bank, InvalidLaw},
     controller::{Controller, Design, Law},
-    synthesis::InvalidProblem,
 };
-
-/// How a tuner goes about it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Parameters {
-    /// Cycles in which what was observed fades to `1/e`.
-    pub memory: u32,
-    /// Packets that the design's distribution counts for.
-    pub prior_packets: u32,
-    /// A link that has not changed is solved for again with a probability of `exp(-caution)` at most, at each look.
-    pub caution: u32,
-    /// Backward steps until it is given up, and as many for the proof.
-    pub most_steps: u32,
-}
-
-impl Parameters {
-    /// Ten seconds of memory at 50 Hz, far less than one false alarm in a million looks.
-    pub const DEFAULT: Self = Self { memory: 500, prior_packets: 10, caution: 10, most_steps: 4000 };
-}
-
-impl Default for Parameters {
-    fn default() -> Self {
-        Self::DEFAULT
-    }
-}
 
 /// Looks at the distance in the time of one memory.
 const LOOKS: u32 = 64;
 /// Memories after which what was observed before a change no longer counts.
 const SETTLED: u32 = 4;
-
-/// Why there can be no tuner.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum InvalidTuner {
-    /// The design follows a reference: its preview gains would stay those of the old link.
-    Preview,
-    /// The design has an event trigger: its tables would stay those of the old link.
-    Trigger,
-    /// The basis is for sequences of another length than the design's, or for another default input.
-    Basis,
-    /// The memory is shorter than [`super::workspace_len`], or something of the basis is.
-    Problem(InvalidProblem),
-    /// The bank's `LEN` is less than the tables of the law need.
-    Bank,
-    /// The memory in cycles is zero.
-    Parameters,
-}
-
-impl core::fmt::Display for InvalidTuner {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        match self {
-            Self::Preview => {
-                f.write_str("the design follows a reference, whose preview gains a tuner does not solve for")
-            }
-            Self::Trigger => {
-                f.write_str("the design has an event trigger, whose tables a tuner does not solve for")
-            }
-            Self::Basis => f.write_str("the basis is of another length or default input than the design"),
-            Self::Problem(problem) => problem.fmt(f),
-            Self::Bank => f.write_str("the bank is too small for the tables of the law"),
-            Self::Parameters => f.write_str("the memory must be one cycle at least"),
-        }
-    }
-}
-
-impl core::error::Error for InvalidTuner {}
-
-/// Why the law in force stays.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kept {
-    /// No gains were found for the link as it seems to be.
-    Unsolved(Unsolved),
-    /// What was found are no gains.
-    Law(InvalidLaw),
-}
-
-/// Something that the host may want to know.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Event<T> {
-    /// The link is not the one in force: this far from it, in the units of [`DelayEstimate::distance`]. Gains are being
-    /// computed.
-    Started {
-        /// The distance.
-        distance: T,
-    },
-    /// New gains are in force from the next cycle on.
-    Switched(Solved<T>),
-    /// They are not.
-    Kept(Kept),
-}
-
-/// What a tuner counted since its start; every count saturates.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Counts {
-    /// Solutions begun.
-    pub started: u32,
-    /// Laws put in force.
-    pub switched: u32,
-    /// Solutions that were not.
-    pub kept: u32,
-    /// Slices that did something.
-    pub slices: u32,
-}
 
 /// Learns the link and keeps the law up with it.
 ///
