@@ -100,8 +100,8 @@ fn ram(outcome: &Value, node: &str) -> Result<u64> {
     Ok(bytes("stack")? + bytes("variables")?)
 }
 
-/// What every test run shows: both boards, both lines, nodes that are killed, a controller that tunes itself, and that the
-/// nodes are small.
+/// What every test run shows: both boards, both lines, nodes that are killed, a controller that tunes itself or is sent gains, and
+/// that the nodes are small.
 pub(crate) fn check(workspace: &Workspace) -> Result<()> {
     let host_sim = host_sim(workspace)?;
     for board in [Board::Mps2An386, Board::Lm3s6965evb] {
@@ -123,6 +123,9 @@ pub(crate) fn check(workspace: &Workspace) -> Result<()> {
             let change = ["--tuning", "--at", "500", "--cycles", "3000", "--changes-to"];
             let bad = bad.to_str().ok_or("the workspace's folder has a name that is not UTF-8")?;
             images.run(&host_sim, &options, &[&change[..], &[bad]].concat())?;
+            // Gains for the other network come over the link: status 0 says that they are in force.
+            let replace = ["--gains-at", "500", "--cycles", "1000", "--gains-of"];
+            images.run(&host_sim, &options, &[&replace[..], &[bad]].concat())?;
         }
     }
     Ok(())
