@@ -4,10 +4,8 @@
 
 use crate::{
     contender::{Contender, Kind},
-    fitted::Unfit,
-    monte_carlo::{Plan, Simulate, Summary},
+    monte_carlo::{CannotSimulate, Plan, Simulate, Summary},
     output::columns,
-    size_class::{TooLarge, dispatch},
 };
 use gain_gen::design::Design;
 use serde::Serialize;
@@ -57,21 +55,13 @@ pub enum NoTable {
         "`slqg-channel` is told the states of its own channel, which other networks do not have; give --controller slqg"
     )]
     OwnChannel,
-    /// A design does not fit the simulator.
+    /// A design cannot be simulated.
     #[error("{name}: {error}")]
-    TooLarge {
+    Simulate {
         /// The design.
         name: String,
         /// Why.
-        error: TooLarge,
-    },
-    /// A design's numbers do not fit its scalar.
-    #[error("{name}: controller.scalar: {error}; compute in f64")]
-    Unfit {
-        /// The design.
-        name: String,
-        /// Why.
-        error: Unfit,
+        error: CannotSimulate,
     },
 }
 
@@ -117,9 +107,8 @@ impl Robustness {
                 let mut contender = contender.clone();
                 contender.put_on(&other.network);
                 let simulate = Simulate { design, contender: &contender, plan, done: &done };
-                let outcome = dispatch(design, simulate)
-                    .map_err(|error| NoTable::TooLarge { name: name(), error })?
-                    .map_err(|error| NoTable::Unfit { name: name(), error })?;
+                let outcome =
+                    simulate.outcome().map_err(|error| NoTable::Simulate { name: name(), error })?;
                 results.push(Cell {
                     designed_for: name(),
                     run_on: other.name.clone(),

@@ -6,7 +6,7 @@ use gain_gen::report::Report;
 use gain_gen::solve::Method;
 use host_sim::contender::{Contender, Kind};
 use host_sim::monte_carlo::{Plan, Simulate, mean, standard_error};
-use host_sim::size_class::{TooLarge, check, dispatch};
+use host_sim::size_class::{TooLarge, check};
 
 const PLAN: Plan = Plan { runs: 100, steps: 200, seed: 1 };
 /// In the unit of the input, N: coarse enough for its cost to be seen.
@@ -28,8 +28,8 @@ fn coarse() -> Design {
 
 fn costs(design: &Design, kind: Kind) -> Vec<f64> {
     let contender = Contender::new(kind, design, PLAN.steps).unwrap();
-    let simulate = Simulate { design, contender: &contender, plan: PLAN, done: || () };
-    dispatch(design, simulate).unwrap().unwrap().costs
+    let simulate = Simulate { design, contender: &contender, plan: PLAN, done: &|| () };
+    simulate.outcome().unwrap().costs
 }
 
 #[test]

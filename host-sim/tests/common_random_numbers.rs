@@ -5,7 +5,6 @@ use host_sim::{
     closed_loop::CycleRecord,
     contender::{Contender, Kind},
     monte_carlo::{Plan, Simulate},
-    size_class::dispatch,
 };
 use slqg_links::path::Fate;
 
@@ -18,8 +17,8 @@ fn cycles(text: &str, kind: Kind, length: usize) -> Vec<CycleRecord> {
     let mut design = Design::parse(text, "design.toml").expect("a design");
     design.set_sequence_length(length);
     let contender = Contender::new(kind, &design, PLAN.steps).expect("a stabilised loop");
-    let simulate = Simulate { design: &design, contender: &contender, plan: PLAN, done: || () };
-    dispatch(&design, simulate).expect("it fits").expect("it fits").first_run
+    let simulate = Simulate { design: &design, contender: &contender, plan: PLAN, done: &|| () };
+    simulate.outcome().expect("it can be simulated").first_run
 }
 
 /// `w_k = x_{k+1} - A x_k - B u_k` of the double integrator's first component, as far as it is seen in `f64`.

@@ -10,7 +10,6 @@ use host_sim::{
     contender::{Contender, DEFAULT_DEADBAND, Kind},
     fitted::Fitted,
     monte_carlo::{Outcome, Plan, Simulate, mean, standard_error},
-    size_class::dispatch,
 };
 use serde_json::Value;
 use slqg::DefaultInput;
@@ -35,8 +34,8 @@ fn contender(design: &Design, kind: Kind) -> Contender {
 }
 
 fn outcome_of(design: &Design, contender: &Contender, plan: Plan) -> Outcome {
-    let simulate = Simulate { design, contender, plan, done: || () };
-    dispatch(design, simulate).expect("a size class").expect("gains")
+    let simulate = Simulate { design, contender, plan, done: &|| () };
+    simulate.outcome().expect("it can be simulated")
 }
 
 fn outcome(design: &Design, kind: Kind) -> Outcome {

@@ -5,7 +5,6 @@ use host_sim::{
     closed_loop::CycleRecord,
     contender::{Contender, Kind},
     monte_carlo::{Plan, Simulate},
-    size_class::dispatch,
 };
 use slqg_links::{loop_bus::Role, path::Fate};
 
@@ -20,8 +19,8 @@ fn design(text: &str) -> Design {
 fn cycles(design: &Design, kind: Kind) -> Vec<CycleRecord> {
     let contender = Contender::new(kind, design, STEPS).expect("a stabilised loop");
     let plan = Plan { runs: 1, steps: STEPS, seed: 5 };
-    let simulate = Simulate { design, contender: &contender, plan, done: || () };
-    dispatch(design, simulate).expect("a size class").expect("gains").first_run
+    let simulate = Simulate { design, contender: &contender, plan, done: &|| () };
+    simulate.outcome().expect("it can be simulated").first_run
 }
 
 /// The pendulum with acknowledgements over a link, and copies of this share of all packets.

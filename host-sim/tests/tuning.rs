@@ -5,7 +5,6 @@ use host_sim::{
     adaptation::{Adaptation, WindowCost},
     contender::{Change, Contender, ContenderError, Kind},
     monte_carlo::{Plan, Simulate, Summary},
-    size_class::dispatch,
 };
 
 const GOOD: &str = include_str!("../../designs/pendulum.toml");
@@ -25,8 +24,8 @@ fn simulated(kind: Kind, of: &Design, from: &Design, to: &Design) -> (Summary, A
     contender.put_on(&from.network);
     let link = to.network.controller_to_actuator.clone();
     contender.meet(Change { link, cycle: AT }, of).expect("a stabilised loop");
-    let simulate = Simulate { design: of, contender: &contender, plan: PLAN, done: || () };
-    let summary = dispatch(of, simulate).expect("it fits").expect("it fits f32").summary;
+    let simulate = Simulate { design: of, contender: &contender, plan: PLAN, done: &|| () };
+    let summary = simulate.outcome().expect("it can be simulated").summary;
     let windows = summary.adaptation.expect("the link changes");
     (summary, windows)
 }

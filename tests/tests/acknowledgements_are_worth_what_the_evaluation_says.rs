@@ -4,7 +4,6 @@ use gain_gen::design::{Acknowledgement, DelayDistribution, Design, Link};
 use host_sim::{
     contender::{Contender, Kind},
     monte_carlo::{Outcome, Plan, Simulate, mean, standard_error},
-    size_class::dispatch,
 };
 use slqg::estimator::Merging;
 
@@ -39,8 +38,8 @@ fn outcome(
     design.network.acknowledged_cycles = cycles;
     let mut contender = Contender::new(Kind::Slqg, &design, PLAN.steps).expect("a stabilised loop");
     contender.merging = merging.unwrap_or(contender.merging);
-    let simulate = Simulate { design: &design, contender: &contender, plan: PLAN, done: || () };
-    dispatch(&design, simulate).expect("a size class").expect("gains")
+    let simulate = Simulate { design: &design, contender: &contender, plan: PLAN, done: &|| () };
+    simulate.outcome().expect("it can be simulated")
 }
 
 /// Digits for a table of costs.

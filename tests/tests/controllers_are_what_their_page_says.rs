@@ -8,7 +8,6 @@ use host_sim::{
     contender::{Contender, DEFAULT_DEADBAND, Kind},
     monte_carlo::{Plan, Simulate},
     output::columns::figure,
-    size_class::dispatch,
 };
 use slqg_tests::page::{Page, design};
 
@@ -25,8 +24,8 @@ fn total_cost(kind: Kind, length: usize) -> String {
     let design = of_length("pendulum_event", length);
     let plan = Plan { runs: 200, steps: 200, seed: 1 };
     let contender = Contender::new(kind, &design, plan.steps).expect("a stabilised loop");
-    let simulate = Simulate { design: &design, contender: &contender, plan, done: || () };
-    figure(dispatch(&design, simulate).expect("a size class").expect("gains").summary.mean_total_cost)
+    let simulate = Simulate { design: &design, contender: &contender, plan, done: &|| () };
+    figure(simulate.outcome().expect("it can be simulated").summary.mean_total_cost)
 }
 
 #[test]

@@ -5,7 +5,6 @@ use host_sim::{
     contender::{Contender, ContenderError, Kind},
     monte_carlo::{Plan, Simulate},
     output::{Simulation, table},
-    size_class::dispatch,
 };
 use slqg::DefaultInput;
 use std::ops::RangeInclusive;
@@ -31,8 +30,8 @@ fn shows(name: &str, lengths: RangeInclusive<usize>, plan: Plan, kinds: &[Kind])
             design.set_sequence_length(length);
             match Contender::new(kind, &design, plan.steps) {
                 Ok(contender) => {
-                    let simulate = Simulate { design: &design, contender: &contender, plan, done: || () };
-                    outcomes.push(dispatch(&design, simulate).expect("a size class").expect("gains"));
+                    let simulate = Simulate { design: &design, contender: &contender, plan, done: &|| () };
+                    outcomes.push(simulate.outcome().expect("it can be simulated"));
                 }
                 Err(ContenderError::Unstable { .. }) => {}
                 Err(other) => panic!("{other}"),

@@ -4,7 +4,6 @@ use gain_gen::{design::Design, report::Report, solve::Method};
 use host_sim::{
     contender::{Contender, Kind},
     monte_carlo::{Plan, Simulate, mean, standard_error},
-    size_class::dispatch,
 };
 
 const RUNS: usize = 1000;
@@ -17,8 +16,8 @@ struct Horizon {
 
 fn costs(design: &Design, contender: &Contender, steps: usize) -> Vec<f64> {
     let plan = Plan { runs: RUNS, steps, seed: 5 };
-    let simulate = Simulate { design, contender, plan, done: || () };
-    dispatch(design, simulate).expect("a size class").expect("gains").costs
+    let simulate = Simulate { design, contender, plan, done: &|| () };
+    simulate.outcome().expect("it can be simulated").costs
 }
 
 /// The simulated cost per step lies between the report's bounds, up to four standard errors.

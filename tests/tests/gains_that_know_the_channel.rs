@@ -8,7 +8,6 @@ use gain_gen::{
 use host_sim::{
     contender::{Contender, Kind},
     monte_carlo::{Plan, Simulate, mean, standard_error},
-    size_class::dispatch,
 };
 use nalgebra::DMatrix;
 use rand::{Rng, SeedableRng};
@@ -120,8 +119,8 @@ fn the_simulated_loop_costs_what_the_chain_of_modes_says() {
         let contender = Contender::new(kind, &design, 0).expect("a stabilised loop");
         let costs = |steps| {
             let plan = Plan { runs: 2000, steps, seed: 7 };
-            let simulate = Simulate { design: &design, contender: &contender, plan, done: || () };
-            dispatch(&design, simulate).expect("a size class").expect("gains").costs
+            let simulate = Simulate { design: &design, contender: &contender, plan, done: &|| () };
+            simulate.outcome().expect("it can be simulated").costs
         };
         // The same seed gives long runs the short ones' beginning: their difference is the cost in steady state.
         let (early, late) = (costs(100), costs(500));

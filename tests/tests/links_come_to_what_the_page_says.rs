@@ -9,7 +9,6 @@ use host_sim::{
     monte_carlo::{Outcome, Plan, Simulate, mean, standard_error},
     output::columns::figure,
     robustness::Robustness,
-    size_class::dispatch,
 };
 
 const PAGE: &str = include_str!("../../docs/links.md");
@@ -32,8 +31,8 @@ fn is_on_the_page(line: &str) {
 
 fn simulated(design: &Design, contender: &Contender, runs: usize, steps: usize) -> Outcome {
     let plan = Plan { runs, steps, seed: 1 };
-    let simulate = Simulate { design, contender, plan, done: || () };
-    dispatch(design, simulate).expect("a size class").expect("gains")
+    let simulate = Simulate { design, contender, plan, done: &|| () };
+    simulate.outcome().expect("it can be simulated")
 }
 
 /// Mean, standard error, median, 95 % and runs that diverged.

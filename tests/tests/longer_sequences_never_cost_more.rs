@@ -4,7 +4,6 @@ use gain_gen::design::Design;
 use host_sim::{
     contender::{Contender, Kind},
     monte_carlo::{Plan, Simulate, mean},
-    size_class::dispatch,
 };
 
 const GOOD: &str = include_str!("../../designs/double_integrator.toml");
@@ -15,8 +14,8 @@ fn mean_cost(text: &str, kind: Kind, length: usize) -> f64 {
     design.controller.sequence_length = length;
     let plan = Plan { runs: 200, steps: 200, seed: 1 };
     let contender = Contender::new(kind, &design, plan.steps).expect("a stabilised loop");
-    let simulate = Simulate { design: &design, contender: &contender, plan, done: || () };
-    mean(&dispatch(&design, simulate).expect("a size class").expect("gains").costs)
+    let simulate = Simulate { design: &design, contender: &contender, plan, done: &|| () };
+    mean(&simulate.outcome().expect("it can be simulated").costs)
 }
 
 fn costs_by_length(text: &str) -> Vec<f64> {

@@ -10,7 +10,6 @@ use gain_gen::{
 use host_sim::{
     contender::{Contender, Kind},
     monte_carlo::{Plan, Simulate, mean},
-    size_class::dispatch,
 };
 
 const CRITICAL: &str = include_str!("../../designs/critical.toml");
@@ -61,8 +60,8 @@ fn growth(change: Change) -> f64 {
     }
     let cost = |steps| {
         let plan = Plan { runs: RUNS, steps, seed: 5 };
-        let simulate = Simulate { design: &design, contender: &contender, plan, done: || () };
-        let costs = dispatch(&design, simulate).expect("a size class").expect("gains").costs;
+        let simulate = Simulate { design: &design, contender: &contender, plan, done: &|| () };
+        let costs = simulate.outcome().expect("it can be simulated").costs;
         // A state that leaves the range of numbers has grown.
         let bounded = costs.into_iter().map(|cost| if cost.is_finite() { cost } else { 1e300 });
         mean(&bounded.collect::<Vec<_>>())

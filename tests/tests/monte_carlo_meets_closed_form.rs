@@ -7,7 +7,6 @@ use gain_gen::{
 use host_sim::{
     contender::{Contender, Kind},
     monte_carlo::{Plan, Simulate, mean, standard_error},
-    size_class::dispatch,
 };
 
 const CRITICAL: &str = include_str!("../../designs/critical.toml");
@@ -18,8 +17,8 @@ const STEPS: usize = 500;
 
 fn costs(design: &Design, contender: &Contender, steps: usize) -> Vec<f64> {
     let plan = Plan { runs: RUNS, steps, seed: 3 };
-    let simulate = Simulate { design, contender, plan, done: || () };
-    dispatch(design, simulate).expect("a size class").expect("gains").costs
+    let simulate = Simulate { design, contender, plan, done: &|| () };
+    simulate.outcome().expect("it can be simulated").costs
 }
 
 /// Cost per step of each run once the start-up is over. The same seed gives a long run the short one's beginning, and

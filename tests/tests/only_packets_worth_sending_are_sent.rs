@@ -4,7 +4,6 @@ use gain_gen::design::{Design, Event};
 use host_sim::{
     contender::{Contender, ContenderError, Kind},
     monte_carlo::{Outcome, Plan, Simulate, mean, standard_error},
-    size_class::dispatch,
 };
 
 const GOOD: &str = include_str!("../../designs/pendulum_event.toml");
@@ -19,8 +18,8 @@ fn design(text: &str, length: usize) -> Design {
 
 fn outcome(design: &Design, kind: Kind) -> Result<Outcome, ContenderError> {
     let contender = Contender::new(kind, design, PLAN.steps)?;
-    let simulate = Simulate { design, contender: &contender, plan: PLAN, done: || () };
-    Ok(dispatch(design, simulate).expect("a size class").expect("gains"))
+    let simulate = Simulate { design, contender: &contender, plan: PLAN, done: &|| () };
+    Ok(simulate.outcome().expect("it can be simulated"))
 }
 
 #[test]

@@ -9,7 +9,6 @@ use gain_gen::{
 use host_sim::{
     contender::{Contender, ContenderError, Kind},
     monte_carlo::{Plan, Simulate},
-    size_class::dispatch,
 };
 use nalgebra::DVector;
 
@@ -58,10 +57,8 @@ fn simulated_where_the_loop_can_be_stabilised() {
             let design = design(text, length);
             let costs = |kind| {
                 let contender = Contender::new(kind, &design, STEPS)?;
-                let simulate = Simulate { design: &design, contender: &contender, plan, done: || () };
-                Ok::<_, ContenderError>(
-                    dispatch(&design, simulate).expect("a size class").expect("gains").costs,
-                )
+                let simulate = Simulate { design: &design, contender: &contender, plan, done: &|| () };
+                Ok::<_, ContenderError>(simulate.outcome().expect("it can be simulated").costs)
             };
             let Ok(with) = costs(Kind::Slqg) else {
                 assert!(text == BAD && length < 4, "N_crit is 4 on the bad network");

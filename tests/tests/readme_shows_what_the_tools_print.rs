@@ -8,7 +8,6 @@ use host_sim::{
     contender::{Contender, Kind},
     monte_carlo::{Plan, Simulate},
     output::{Simulation, table},
-    size_class::dispatch,
 };
 
 const README: &str = include_str!("../../README.md");
@@ -23,8 +22,8 @@ const PENDULUM: &str = include_str!("../../designs/pendulum.toml");
 fn results(design: &Design, plan: Plan, kinds: &[Kind]) -> Vec<String> {
     let outcomes = kinds.iter().map(|&kind| {
         let contender = Contender::new(kind, design, plan.steps).expect("a stabilised loop");
-        let simulate = Simulate { design, contender: &contender, plan, done: || () };
-        dispatch(design, simulate).expect("a size class").expect("gains")
+        let simulate = Simulate { design, contender: &contender, plan, done: &|| () };
+        simulate.outcome().expect("it can be simulated")
     });
     let simulation = Simulation {
         name: &design.name,

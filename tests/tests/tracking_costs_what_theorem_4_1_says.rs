@@ -7,7 +7,6 @@ use gain_gen::{
 use host_sim::{
     contender::{Contender, Kind},
     monte_carlo::{Plan, Simulate, mean, standard_error},
-    size_class::dispatch,
 };
 use nalgebra::{DMatrix, DVector};
 
@@ -43,8 +42,8 @@ fn meets_theorem(text: &str, length: usize) {
 
     let plan = Plan { runs: RUNS, steps: STEPS, seed: 11 };
     let contender = Contender::new(Kind::SlqgTask, &design, STEPS).expect("a task");
-    let simulate = Simulate { design: &design, contender: &contender, plan, done: || () };
-    let costs = dispatch(&design, simulate).expect("a size class").expect("gains").costs;
+    let simulate = Simulate { design: &design, contender: &contender, plan, done: &|| () };
+    let costs = simulate.outcome().expect("it can be simulated").costs;
     let (found, error) = (mean(&costs), standard_error(&costs));
     eprintln!(
         "{}, N = {length}: {found:.0} +- {error:.0} simulated, {expected:.0} in closed form",

@@ -10,7 +10,7 @@ use host_sim::{
     bus_report,
     contender::{Contender, Kind},
     monte_carlo::{Plan, Simulate},
-    size_class::{self, dispatch},
+    size_class,
 };
 use std::{fmt::Display, path::PathBuf};
 
@@ -47,10 +47,8 @@ pub(super) fn bus(options: &Options) -> Result<(), Failure> {
     let plan = Plan { runs: 1, steps: *steps as usize, seed: *seed };
     let contender =
         Contender::new(Kind::Slqg, &design, plan.steps).map_err(|error| refused(&error, &design, path))?;
-    let simulate = Simulate { design: &design, contender: &contender, plan, done: || () };
-    let outcome = dispatch(&design, simulate)
-        .map_err(|error| wrong(&error))?
-        .map_err(|error| wrong(&format_args!("controller.scalar: {error}; compute in f64")))?;
+    let simulate = Simulate { design: &design, contender: &contender, plan, done: &|| () };
+    let outcome = simulate.outcome().map_err(|error| wrong(&error))?;
     let bus = outcome.bus.as_ref().expect("the design has a bus");
     if let Some((file, text)) = frames.as_ref().zip(bus_report::frames(bus)) {
         emit::write(file, &text).map_err(|error| {

@@ -12,7 +12,6 @@ use host_sim::{
     contender::{Change, Contender},
     monte_carlo::{Outcome, Plan, Simulate},
     output::{self, Pictures, Simulation},
-    size_class::dispatch,
 };
 use indicatif::ProgressBar;
 use std::path::{Path, PathBuf};
@@ -102,8 +101,6 @@ fn simulate(
     plan: Plan,
     progress: &ProgressBar,
 ) -> Result<Outcome, Failure> {
-    let simulate = Simulate { design, contender, plan, done: || progress.inc(1) };
-    dispatch(design, simulate)
-        .map_err(|error| wrong(path, &error))?
-        .map_err(|error| wrong(path, &format_args!("controller.scalar: {error}; compute in f64")))
+    let simulate = Simulate { design, contender, plan, done: &|| progress.inc(1) };
+    simulate.outcome().map_err(|error| wrong(path, &error))
 }

@@ -8,7 +8,6 @@ use crate::{
         columns::{aligned, figure},
         report,
     },
-    size_class::dispatch,
 };
 use gain_gen::design::Design;
 use std::ops::RangeInclusive;
@@ -64,8 +63,7 @@ impl Comparison {
                         Ok(contender) => {
                             let simulate =
                                 Simulate { design: &design, contender: &contender, plan, done: &done };
-                            let outcome = dispatch(&design, simulate).expect("examples fit the simulator");
-                            Some(outcome.expect("examples fit their scalar").summary)
+                            Some(simulate.outcome().expect("examples fit the simulator").summary)
                         }
                         Err(ContenderError::Unstable { .. }) => None,
                         Err(other) => return Err(other),

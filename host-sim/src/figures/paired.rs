@@ -7,7 +7,6 @@ use crate::{
     contender::{Contender, Kind},
     monte_carlo::{Outcome, Plan, Simulate, mean, standard_error},
     output::columns::{aligned, figure},
-    size_class::dispatch,
 };
 use gain_gen::{
     design::Design,
@@ -117,8 +116,8 @@ fn simulate(design: &Design, kind: Kind, amount: Amount) -> Option<(Vec<f64>, us
     let contender = Contender::new(kind, design, start + steps).ok()?;
     let run = |steps| -> Option<Outcome> {
         let plan = Plan { runs, steps, seed };
-        let simulate = Simulate { design, contender: &contender, plan, done: || () };
-        dispatch(design, simulate).ok()?.ok()
+        let simulate = Simulate { design, contender: &contender, plan, done: &|| () };
+        simulate.outcome().ok()
     };
     let mut whole = run(start + steps)?;
     if start > 0 {

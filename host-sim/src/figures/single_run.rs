@@ -12,7 +12,6 @@ use crate::{
         charts::{Quantity, in_units, overlay},
         columns::{aligned, figure},
     },
-    size_class::dispatch,
 };
 use gain_gen::design::Design;
 use std::fmt::Write;
@@ -77,9 +76,8 @@ fn runs(mut design: Design, seed: u64) -> Runs {
     let cycles = KINDS.map(|kind| {
         let contender = Contender::new(kind, &design, STEPS).expect("both networks allow this length");
         let plan = Plan { runs: 1, steps: STEPS, seed };
-        let simulate = Simulate { design: &design, contender: &contender, plan, done: || () };
-        let outcome = dispatch(&design, simulate).expect("examples fit the simulator");
-        outcome.expect("examples fit their scalar").first_run
+        let simulate = Simulate { design: &design, contender: &contender, plan, done: &|| () };
+        simulate.outcome().expect("examples fit the simulator").first_run
     });
     Runs { design: design.name.clone(), sample_time: design.plant.sample_time, cycles }
 }

@@ -3,9 +3,8 @@
 use super::{experiment::Experiment, layout::Chunk, row::Entry};
 use crate::{
     contender::Contender,
-    fitted::Unfit,
-    monte_carlo::{SimulateRuns, threads, total_costs},
-    size_class::{TooLarge, dispatch},
+    monte_carlo::{CannotSimulate, SimulateRuns, threads, total_costs},
+    size_class::dispatch,
 };
 use gain_gen::design::Design;
 use rayon::prelude::*;
@@ -18,17 +17,6 @@ pub struct Prepared {
     pub design: Design,
     /// The controller.
     pub contender: Contender,
-}
-
-/// Why a case cannot be simulated.
-#[derive(Debug, thiserror::Error)]
-pub enum CannotSimulate {
-    /// It fits no size class.
-    #[error(transparent)]
-    TooLarge(#[from] TooLarge),
-    /// Its numbers do not fit its scalar.
-    #[error("controller.scalar: {0}; compute in f64")]
-    Unfit(#[from] Unfit),
 }
 
 impl Prepared {
