@@ -52,6 +52,15 @@ fn restarts_that_cannot_be_are_refused_before_anything_is_started() {
 }
 
 #[test]
+fn a_link_that_changes_after_the_run_and_a_controller_that_never_solves_are_refused() {
+    let other = design("double_integrator_bad.toml").display().to_string();
+    let message = refusal(&["--changes-to", &other, "--at", "100"]);
+    assert!(message.contains("--at: found 100") && message.contains("--cycles makes it longer"), "{message}");
+    let message = refusal(&["--tuning", "--slices", "0"]);
+    assert!(message.contains("'0' for '--slices"), "{message}");
+}
+
+#[test]
 fn gains_of_a_plant_of_other_dimensions_are_refused_with_those_of_both() {
     let of = |name: &str, at: &str| {
         let other = design(name).display().to_string();

@@ -14,7 +14,7 @@ pub(crate) fn demo(workspace: &Workspace) -> Result<()> {
     fs::create_dir_all(&folder).map_err(|error| format!("cannot create {}: {error}", folder.display()))?;
     let report = folder.join("pendulum.html");
 
-    eprintln!("building");
+    eprintln!("building, which takes some minutes the first time");
     // The whole workspace at once, as `test` builds it: cargo builds dependencies again for another choice of packages.
     let built = artifacts::build(workspace.cargo().args(["build", "--workspace", "--bins"]))?;
     let run = |name: &str| -> Result<Command> {

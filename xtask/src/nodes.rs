@@ -26,8 +26,8 @@ pub(crate) struct Options {
     #[arg(long, requires = "design")]
     pub(crate) tuning: bool,
     /// Slices of a solution that it does in a cycle
-    #[arg(long, requires = "tuning")]
-    pub(crate) slices: Option<usize>,
+    #[arg(long, requires = "tuning", value_parser = clap::value_parser!(u16).range(1..))]
+    pub(crate) slices: Option<u16>,
     /// The board that the nodes are for
     #[arg(long, value_enum, default_value_t = Board::Mps2An386, requires = "design")]
     pub(crate) board: Board,

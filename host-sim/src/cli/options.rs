@@ -13,7 +13,10 @@ use host_sim::{
     size_class,
 };
 use slqg::estimator::Merging;
-use std::{fmt::Display, path::Path};
+use std::{
+    fmt::Display,
+    path::{Path, PathBuf},
+};
 
 /// How much to simulate, and how to say it.
 #[derive(Args)]
@@ -155,6 +158,37 @@ impl Selection {
             };
         }
         Ok(contender)
+    }
+}
+
+/// A link that changes during a run.
+#[derive(Args)]
+pub(super) struct LinkBecomes {
+    /// Design file whose link from controller to actuator this one's becomes during each run.
+    #[arg(long, value_name = "OTHER", requires = "at")]
+    changes_to: Option<PathBuf>,
+    /// The cycle in which it does.
+    #[arg(long, value_name = "K", requires = "changes_to")]
+    at: Option<u32>,
+}
+
+impl LinkBecomes {
+    /// What becomes of the link, if anything, in runs of `cycles` cycles, which `longer` is the option for. `load` reads the
+    /// other design.
+    pub(super) fn change(
+        &self,
+        cycles: usize,
+        longer: &str,
+        load: impl FnOnce(&Path) -> Result<Design, Failure>,
+    ) -> Result<Option<Change>, Failure> {
+        let (Some(other), Some(at)) = (&self.changes_to, self.at) else { return Ok(None) };
+        let cycle = at as usize;
+        if cycle >= cycles {
+            return Err(Failure::Input(format!(
+                "--at: found {at}; a run has {cycles} cycles, {longer} makes it longer"
+            )));
+        }
+        Ok(Some(Change { link: load(other)?.network.controller_to_actuator, cycle }))
     }
 }
 

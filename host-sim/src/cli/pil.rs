@@ -2,7 +2,7 @@
 
 use super::{
     Failure,
-    options::{refused, wrong},
+    options::{LinkBecomes, refused, wrong},
     progress,
 };
 use clap::Args;
@@ -13,7 +13,7 @@ use gain_gen::{
     solve::Method,
 };
 use host_sim::{
-    contender::{Change, Contender, Kind},
+    contender::{Contender, Kind},
     pil::{self, Board, Files, Pil, PilError, Plan, Replacement, Request, Restart, Setup, Transport},
     size_class::{self, dispatch},
 };
@@ -64,14 +64,10 @@ pub(super) struct Options {
     #[arg(long, conflicts_with_all = ["gains_of", "restart", "restarts"])]
     tuning: bool,
     /// Slices of a solution that it does in each cycle.
-    #[arg(long, value_name = "S", default_value_t = 4, requires = "tuning")]
-    slices: usize,
-    /// In cycle --at the link to the actuator becomes that of this design.
-    #[arg(long, value_name = "OTHER", requires = "at")]
-    changes_to: Option<PathBuf>,
-    /// The cycle in which the link changes.
-    #[arg(long, value_name = "K", requires = "changes_to")]
-    at: Option<usize>,
+    #[arg(long, value_name = "S", default_value_t = 4, requires = "tuning", value_parser = clap::value_parser!(u16).range(1..))]
+    slices: u16,
+    #[command(flatten)]
+    becomes: LinkBecomes,
     /// Count the instructions of the controller's cycles.
     #[arg(long)]
     count: bool,
@@ -164,10 +160,9 @@ pub(super) fn pil(options: &Options) -> Result<(), Failure> {
     let kind = if options.tuning { Kind::SlqgTuning } else { Kind::Slqg };
     let refuse = |error| refused(&error, &design, &options.design);
     let mut contender = Contender::new(kind, &design, cycles).map_err(refuse)?;
-    contender.slices = options.slices;
-    if let Some((path, cycle)) = options.changes_to.as_ref().zip(options.at) {
-        let link = load(options, path)?.network.controller_to_actuator;
-        contender.meet(Change { link, cycle }, &design).map_err(refuse)?;
+    contender.slices = options.slices.into();
+    if let Some(change) = options.becomes.change(cycles, "--cycles", |other| load(options, other))? {
+        contender.meet(change, &design).map_err(refuse)?;
     }
     let restarts = match options.restarts {
         Some(count) => pil::at_random(count, cycles, LONGEST_AWAY, options.seed),
@@ -188,7 +183,7 @@ pub(super) fn pil(options: &Options) -> Result<(), Failure> {
             default_input: options.default_input,
             board: options.board,
             transport: options.transport,
-            slices: options.tuning.then_some(options.slices),
+            slices: options.tuning.then_some(options.slices.into()),
         })
         .map_err(|error| input(&error))?,
     };

@@ -2,14 +2,14 @@
 
 use super::{
     Failure,
-    options::{Amount, Selection, wrong},
+    options::{Amount, LinkBecomes, Selection, wrong},
     progress,
 };
 use clap::Args;
 use gain_gen::design::Design;
 use host_sim::{
     adaptation,
-    contender::{Change, Contender},
+    contender::Contender,
     monte_carlo::{Outcome, Plan, Simulate},
     output::{self, Pictures, Simulation},
 };
@@ -27,38 +27,18 @@ pub(super) struct Options {
     /// Inputs per sequence, instead of the design's.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=128))]
     sequence_length: Option<u16>,
-    /// Design file whose link from controller to actuator this one's becomes during each run.
-    #[arg(long, value_name = "OTHER", requires = "at")]
-    changes_to: Option<PathBuf>,
-    /// The cycle in which it does.
-    #[arg(long, value_name = "K", requires = "changes_to")]
-    at: Option<u32>,
+    #[command(flatten)]
+    becomes: LinkBecomes,
     #[command(flatten)]
     pictures: Pictures,
-}
-
-impl Options {
-    /// What becomes of the link, if anything.
-    fn change(&self) -> Result<Option<Change>, Failure> {
-        let (Some(other), Some(at)) = (&self.changes_to, self.at) else { return Ok(None) };
-        let cycle = at as usize;
-        if cycle >= self.amount.plan().steps {
-            let steps = self.amount.steps;
-            return Err(Failure::Input(format!(
-                "--at: found {at}; a run has {steps} cycles, --steps makes it longer"
-            )));
-        }
-        let other = self.selection.load(other)?;
-        Ok(Some(Change { link: other.network.controller_to_actuator, cycle }))
-    }
 }
 
 /// Simulates, prints, and writes the report.
 pub(super) fn run(options: &Options) -> Result<(), Failure> {
     let Options { design: path, selection, amount, sequence_length, pictures, .. } = options;
-    let change = options.change()?;
-    let mut design = selection.load(path)?;
     let plan = amount.plan();
+    let change = options.becomes.change(plan.steps, "--steps", |other| selection.load(other))?;
+    let mut design = selection.load(path)?;
     if let Some(length) = *sequence_length {
         design.set_sequence_length(usize::from(length));
     }

@@ -24,6 +24,7 @@ use slqg::{
     controller::Law,
     wire::{self, GainsAnswer, Kind, Ran, Role, Status, Tuned, Verdict},
 };
+
 /// Samples of the reference in one frame, as many as the nodes take.
 const SAMPLES: usize = 8;
 

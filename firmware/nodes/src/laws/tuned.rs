@@ -22,6 +22,22 @@ impl<'m> Tuned<'m> {
     }
 }
 
+#[cfg(target_os = "none")]
+impl Tuned<'static> {
+    /// The program's only tuner.
+    ///
+    /// # Panics
+    /// If there is one already, or the design cannot be tuned.
+    pub fn only() -> Self {
+        const MEMORY: [Scalar; TUNING_MEMORY] = [0.0; TUNING_MEMORY];
+        let memory = cortex_m::singleton!(: [Scalar; TUNING_MEMORY] = MEMORY);
+        let Some(tuned) = memory.and_then(|memory| Self::new(memory)) else {
+            panic!("this design cannot be tuned")
+        };
+        tuned
+    }
+}
+
 impl Laws for Tuned<'_> {
     fn law(&self) -> Option<Law<'_, Scalar, STATES, INPUTS>> {
         self.tuner.law()
