@@ -76,12 +76,39 @@ fn json_report_has_every_field_in_its_order_and_shape() {
         assert_eq!(shape(&found["m"]), (length, expected));
         assert_eq!(shape(&found["r"]), (length - 1, if length == 1 { 0 } else { expected }));
         assert_eq!(shape(&found["cost_to_go"]), (states, states));
+        // Tables of up to 10000 numbers are spelled out unasked.
         let gains = found["gains"].as_array().unwrap();
         assert_eq!(gains.len(), length + 1);
         assert!(gains.iter().all(|gain| shape(gain) == (length, states + sent)), "{name}");
         let floats = length * (states + expected) + length * (length - 1) / 2;
         assert_eq!(found["table_floats"], floats);
         assert_eq!(found["coupled_table_floats"], (length + 1) * length * (states + sent));
+    }
+}
+
+#[test]
+fn gains_for_every_age_are_spelled_out_where_they_are_few_or_asked_for() {
+    let gains = |options: &[&str]| report("double_integrator", options)["gains"].take();
+    // (N + 1) N (2 + N (N - 1) / 2) numbers: 7524 and 10608.
+    assert_eq!(gains(&["--sequence-length", "11"]).as_array().unwrap().len(), 12);
+    for method in ["in-flight", "coupled"] {
+        let twelve = ["--sequence-length", "12", "--method", method];
+        assert!(gains(&twelve).is_null(), "{method}");
+        let spelled = gains(&[&twelve[..], &["--mode-gains"]].concat());
+        let shapes: Vec<_> = spelled.as_array().unwrap().iter().map(shape).collect();
+        assert_eq!(shapes, [(12, 2 + 66); 13], "{method}");
+    }
+    let text = gain_gen("report", &example("double_integrator"), &["--mode-gains"]);
+    assert_eq!(text.status.code(), Some(2), "asked for without --json");
+}
+
+#[test]
+fn the_page_of_json_fields_names_every_field() {
+    let page = include_str!("../../docs/report-json.md");
+    for name in ["pendulum", "drive_tracking", "pendulum_event", "pendulum_can"] {
+        for field in report(name, &[]).as_object().unwrap().keys() {
+            assert!(page.contains(&format!("`{field}`")), "{field}");
+        }
     }
 }
 

@@ -12,12 +12,12 @@ use gain_gen::certificate::NotCertified;
 use gain_gen::design::{Design, DesignError};
 use gain_gen::emit::{self, EmitError, Format, Output, WriteError};
 use gain_gen::lengths::Lengths;
-use gain_gen::report::{NoTask, NotStabilised, Report};
+use gain_gen::report::{ModeGains, NoTask, NotStabilised, Report};
 use gain_gen::solve::{Method, PreviewTooLong, TooManyModes};
 use gain_gen::sweep::Sweep;
 use options::{Cli, Command, FormatName, Source, SweptInputName};
 use slqg::DefaultInput;
-use std::io::{self, IsTerminal, Write};
+use std::io::{self, BufWriter, IsTerminal, StdoutLock, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -62,8 +62,10 @@ impl Failure {
 /// Reads the command line, does what it asks and returns the exit status.
 pub(crate) fn run() -> ExitCode {
     let outcome = match Cli::parse().command {
-        Command::Report { source, method, json, margins, horizon, certificate } => {
-            report(&source, method.method(), json, &Additions { margins, horizon, certificate })
+        Command::Report { source, method, json, mode_gains, margins, horizon, certificate } => {
+            let mode_gains = if mode_gains { ModeGains::All } else { ModeGains::Small };
+            let form = if json { Form::Json(mode_gains) } else { Form::Text };
+            report(&source, method.method(), form, &Additions { margins, horizon, certificate })
         }
         Command::Sweep { design, lengths, default_input, json, plot } => {
             sweep(&design, &lengths, default_input, json, plot.as_deref())
@@ -79,6 +81,13 @@ pub(crate) fn run() -> ExitCode {
     }
 }
 
+/// How a report is written.
+#[derive(Clone, Copy)]
+enum Form {
+    Text,
+    Json(ModeGains),
+}
+
 /// What a report is asked for beyond the usual.
 struct Additions {
     margins: bool,
@@ -86,7 +95,7 @@ struct Additions {
     certificate: Option<PathBuf>,
 }
 
-fn report(source: &Source, method: Method, json: bool, additions: &Additions) -> Result<(), Failure> {
+fn report(source: &Source, method: Method, form: Form, additions: &Additions) -> Result<(), Failure> {
     let mut report = solved(&source.load()?, method);
     match additions.horizon {
         Some(cycles) => report.find_task(cycles)?,
@@ -105,7 +114,10 @@ fn report(source: &Source, method: Method, json: bool, additions: &Additions) ->
             emit::write(path, &text)?;
         }
     }
-    print(&if json { report.to_json() } else { report.to_string() })?;
+    match form {
+        Form::Text => print(&report.to_string())?,
+        Form::Json(mode_gains) => print_by(|stdout| report.write_json(stdout, mode_gains))?,
+    }
     Ok(report.require_stable()?)
 }
 
@@ -176,8 +188,13 @@ fn watched<T>(told: &str, work: impl FnOnce() -> T) -> T {
 
 /// Prints an answer. A reader that has seen enough and closes the pipe is no failure.
 fn print(answer: &str) -> io::Result<()> {
-    let mut stdout = io::stdout().lock();
-    match stdout.write_all(answer.as_bytes()).and_then(|()| stdout.flush()) {
+    print_by(|stdout| stdout.write_all(answer.as_bytes()))
+}
+
+/// Prints what `write` writes, likewise.
+fn print_by(write: impl FnOnce(&mut BufWriter<StdoutLock>) -> io::Result<()>) -> io::Result<()> {
+    let mut stdout = BufWriter::new(io::stdout().lock());
+    match write(&mut stdout).and_then(|()| stdout.flush()) {
         Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
         outcome => outcome,
     }

@@ -40,6 +40,12 @@ pub(super) enum Command {
         /// Print one JSON object with all tables instead of text
         #[arg(long)]
         json: bool,
+        /// Spell out the gains for every age of the buffer in the JSON, however many they are
+        ///
+        /// Without it the field `gains` is null where they are more than 10000 numbers: from N = 12 on for two states and
+        /// one input. They grow with the fourth power of N, and all of them follow from lx, m and r.
+        #[arg(long, requires = "json")]
+        mode_gains: bool,
         /// Add how much more loss, delay and input gain the loop bears: a minute or more for N = 20
         #[arg(long)]
         margins: bool,

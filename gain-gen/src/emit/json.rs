@@ -1,6 +1,6 @@
 //! The gains as JSON: every field of the report, then the model and the settings of both nodes.
 
-use crate::report::{Document, Report, line_per_field, rows, scalar_name};
+use crate::report::{Document, ModeGains, Report, line_per_field, rows, scalar_name};
 use serde::Serialize;
 
 /// Name of the format; a reader that does not find it has another kind of file.
@@ -44,7 +44,7 @@ pub(super) fn document(report: &Report) -> String {
     line_per_field(&Gains {
         format: FORMAT,
         format_version: FORMAT_VERSION,
-        report: Document::of(report),
+        report: Document::of(report, ModeGains::Small),
         design_id: super::design_id(&report.design).to_string(),
         sample_time: plant.sample_time,
         scalar: scalar_name(settings.scalar),

@@ -29,6 +29,7 @@ pub use channel::ChannelDesigns;
 pub use condition::{FailedCondition, NotStabilised};
 pub(crate) use figure::{counted, figure, grouped, percent};
 pub(crate) use json::{Document, line_per_field, rows, triangles};
+pub use json::{MOST_MODE_GAINS, ModeGains};
 pub(crate) use names::{default_input_name, estimator_name, scalar_name};
 pub use task::{LONGEST_TASK, NoTask};
 

@@ -60,16 +60,17 @@ impl Law {
 
     /// `L(i)` for every age `i = 0..=N`, each `(N nu) x (nx + n_rho)`, thesis (3.31).
     pub fn mode_gains(&self) -> Vec<DMatrix<f64>> {
-        (0..=self.length)
-            .map(|mode| {
-                let weights = mode_weights(self.length, self.default_input, &self.arrival, mode);
-                let sent = &self.m * repeat_per_input(&weights, self.inputs());
-                let mut gain = DMatrix::zeros(self.lx.nrows(), self.lx.ncols() + sent.ncols());
-                gain.columns_mut(0, self.lx.ncols()).copy_from(&self.lx);
-                gain.columns_mut(self.lx.ncols(), sent.ncols()).copy_from(&sent);
-                gain
-            })
-            .collect()
+        (0..=self.length).map(|mode| self.mode_gain(mode)).collect()
+    }
+
+    /// The one for the age `mode`.
+    pub(super) fn mode_gain(&self, mode: usize) -> DMatrix<f64> {
+        let weights = mode_weights(self.length, self.default_input, &self.arrival, mode);
+        let sent = &self.m * repeat_per_input(&weights, self.inputs());
+        let mut gain = DMatrix::zeros(self.lx.nrows(), self.lx.ncols() + sent.ncols());
+        gain.columns_mut(0, self.lx.ncols()).copy_from(&self.lx);
+        gain.columns_mut(self.lx.ncols(), sent.ncols()).copy_from(&sent);
+        gain
     }
 }
 

@@ -192,6 +192,14 @@ impl Solution {
         }
     }
 
+    /// One of the [`Solution::mode_gains`].
+    pub fn mode_gain(&self, age: usize) -> Cow<'_, DMatrix<f64>> {
+        match &self.coupled_gains {
+            Some(gains) => Cow::Borrowed(&gains[age]),
+            None => Cow::Owned(self.law.mode_gain(age)),
+        }
+    }
+
     /// Long-run average cost per step if the state is known: `tr(P W)`. THEORY 5.
     pub fn control_cost(&self, process_noise: &DMatrix<f64>) -> f64 {
         self.cost_to_go.component_mul(process_noise).sum()

@@ -7,11 +7,14 @@ use std::io::{self, Write};
 /// JSON with each field of an object on its own line and lists, which are matrices here, without breaks.
 pub(crate) fn line_per_field(document: &impl Serialize) -> String {
     let mut bytes = Vec::new();
-    document
-        .serialize(&mut Serializer::with_formatter(&mut bytes, LinePerField { depth: 0 }))
-        .expect("names and numbers are written to memory");
-    bytes.push(b'\n');
+    write_line_per_field(&mut bytes, document).expect("names and numbers are written to memory");
     String::from_utf8(bytes).expect("JSON is UTF-8")
+}
+
+/// The same, written as it is made.
+pub(super) fn write_line_per_field(mut writer: impl Write, document: &impl Serialize) -> io::Result<()> {
+    document.serialize(&mut Serializer::with_formatter(&mut writer, LinePerField { depth: 0 }))?;
+    writer.write_all(b"\n")
 }
 
 struct LinePerField {

@@ -1,18 +1,24 @@
 //! The report as one JSON object; its fields are part of the stable command line.
 //!
-//! `optional` has the fields that are null for many designs, `layout` how text is broken into lines.
+//! `optional` has the fields that are null for many designs, `mode_gains` the one that is for long sequences, `layout` how
+//! text is broken into lines.
 
 mod layout;
+mod mode_gains;
 mod optional;
 
 use super::{FailedCondition, Report, Verdict, default_input_name, estimator_name};
 use crate::design::Acknowledgement;
 use crate::solve::LoopProblem;
+use layout::write_line_per_field;
+use mode_gains::Spelled;
 use nalgebra::DMatrix;
 use optional::{Channel, Event, MarginFigures, Task, Tracking, Wire};
 use serde::Serialize;
+use std::io::{self, Write};
 
 pub(crate) use layout::line_per_field;
+pub use mode_gains::{MOST_MODE_GAINS, ModeGains};
 pub(crate) use optional::triangles;
 
 /// A matrix as JSON and scripts take it: a list of rows.
@@ -35,7 +41,8 @@ pub(crate) struct Document<'r> {
     lx: Rows,
     m: Rows,
     r: Rows,
-    gains: Vec<Rows>,
+    /// Null where they are many and not asked for.
+    gains: Option<Spelled<'r>>,
     cost_to_go: Rows,
     n_min: Option<usize>,
     n_crit: Option<usize>,
@@ -83,7 +90,7 @@ struct EstimationFigures {
 }
 
 impl<'r> Document<'r> {
-    pub(crate) fn of(report: &'r Report) -> Self {
+    pub(crate) fn of(report: &'r Report, mode_gains: ModeGains) -> Self {
         let (solution, law, network) = (&report.solution, &report.solution.law, &report.design.network);
         Self {
             name: &report.design.name,
@@ -99,7 +106,7 @@ impl<'r> Document<'r> {
             lx: rows(&law.lx),
             m: rows(&law.m),
             r: rows(&law.arrival_matrix()),
-            gains: solution.mode_gains().iter().map(rows).collect(),
+            gains: Spelled::of(solution, mode_gains),
             cost_to_go: rows(&solution.cost_to_go),
             n_min: report.n_min,
             n_crit: report.n_crit,
@@ -135,7 +142,15 @@ impl<'r> Document<'r> {
 impl Report {
     /// One JSON object: the fields of `gain-gen report --json`, one on a line, and a newline at the end.
     pub fn to_json(&self) -> String {
-        line_per_field(&Document::of(self))
+        line_per_field(&Document::of(self, ModeGains::Small))
+    }
+
+    /// Writes the same object, with the gains of every age if asked for, piece by piece.
+    ///
+    /// # Errors
+    /// Those of `writer`.
+    pub fn write_json(&self, writer: impl Write, mode_gains: ModeGains) -> io::Result<()> {
+        write_line_per_field(writer, &Document::of(self, mode_gains))
     }
 
     /// The certificate's file, if there is one: see [`crate::certificate`].
