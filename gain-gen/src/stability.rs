@@ -3,8 +3,9 @@
 //! Whether given gains stabilise is decided by their mean-square rate, in [`crate::solve`].
 
 use crate::design::{DelayDistribution, LONGEST_SEQUENCE, Plant};
-use crate::solve::{LoopProblem, Method, modulus, solve};
+use crate::solve::{LoopProblem, Method, Outcome, Solution, modulus, solve};
 use nalgebra::DMatrix;
+use slqg::DefaultInput;
 
 /// Lengths tried beyond the design's own when looking for one that stabilises.
 const LENGTHS_BEYOND: usize = 16;
@@ -34,17 +35,26 @@ pub fn dry_growth(problem: &LoopProblem, length: usize) -> f64 {
 pub fn shortest_admissible_length(problem: &LoopProblem) -> Option<usize> {
     // Beyond the largest delay a longer sequence does not arrive any more often.
     let longest = problem.link.probabilities().len().max(1);
-    (1..=longest).find(|&length| dry_growth(problem, length) <= 1.0)
+    let squared = open_loop_modulus(&problem.a).powi(2);
+    (1..=longest).find(|&length| dry_probability(&problem.link, length) * squared <= 1.0)
 }
 
 /// Shortest length whose recursion converges to stabilising gains, `N_crit`.
 ///
-/// Looks from `N_min` to some lengths beyond the problem's own; `None` if none of them stabilises.
-pub fn critical_length(problem: &LoopProblem) -> Option<usize> {
+/// Looks from `N_min` to some lengths beyond the problem's own; `None` if none of them stabilises. `own` is the solution for
+/// the problem's own length, which is not sought again.
+pub fn critical_length(problem: &LoopProblem, own: &Solution) -> Option<usize> {
     let shortest = shortest_admissible_length(problem)?;
     let longest = (shortest.max(problem.length) + LENGTHS_BEYOND).min(LONGEST_SEQUENCE);
-    (shortest..=longest)
-        .find(|&length| solve(&problem.with_length(length), Method::InFlight).is_stabilising())
+    // With zero default input a longer sequence can end in zeros: where it does not stabilise, no shorter one does.
+    let is_monotone = problem.default_input == DefaultInput::Zero;
+    let first = if is_monotone && own.outcome == Outcome::Unstable { problem.length + 1 } else { 1 };
+    (shortest.max(first)..=longest).find(|&length| {
+        if length == problem.length {
+            return own.is_stabilising();
+        }
+        solve(&problem.with_length(length), Method::InFlight).is_stabilising()
+    })
 }
 
 /// Theorem 3.4 a): whether so few measurements arrive within the buffer that no filter can follow the plant.

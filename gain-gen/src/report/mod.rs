@@ -103,7 +103,7 @@ impl Report {
         let problem = LoopProblem::of(design);
         let solution = solve(&problem, method);
         let n_min = stability::shortest_admissible_length(&problem);
-        let n_crit = stability::critical_length(&problem);
+        let n_crit = stability::critical_length(&problem, &solution);
         let needs_more = method == Method::Coupled && (design.tracking.is_some() || design.event.is_some());
         let in_flight = needs_more.then(|| solve(&problem, Method::InFlight));
         let steady = in_flight.as_ref().unwrap_or(&solution);
