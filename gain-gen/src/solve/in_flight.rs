@@ -1,13 +1,14 @@
 //! The core's in-flight recursion iterated to its fixed point: THEORY 4 and 5 in `f64`.
 
 use super::{
-    LoopProblem, Solution,
-    evaluation::solve_correction,
-    iterate::{Recursion, iterate},
+    LoopProblem, Outcome, Solution, Start,
+    evaluation::solve_like,
+    iterate::{Ending, Recursion, iterate},
     krylov::norm,
     law::Law,
     packing::Packing,
     spectral::spectral_radius,
+    sums::Sums,
 };
 use crate::stability;
 use nalgebra::DMatrix;
@@ -31,12 +32,7 @@ impl Flat {
     /// The same over a link with this survival function, `N` values.
     pub(super) fn with_survival(problem: &LoopProblem, survival: Vec<f64>) -> Self {
         Self {
-            dimensions: Dimensions {
-                states: problem.a.nrows(),
-                inputs: problem.b.ncols(),
-                length: problem.length,
-                default_input: problem.default_input,
-            },
+            dimensions: dimensions(problem),
             a: row_major(&problem.a),
             b: row_major(&problem.b),
             q: row_major(&problem.q),
@@ -48,11 +44,6 @@ impl Flat {
     /// P(delay > d) for d = 0..N-1.
     pub(super) fn survival(&self) -> &[f64] {
         &self.survival
-    }
-
-    /// `Q`, by rows.
-    pub(super) fn state_weight(&self) -> &[f64] {
-        &self.q
     }
 
     fn problem(&self) -> Problem<'_, f64> {
@@ -82,6 +73,16 @@ impl Flat {
     }
 }
 
+/// A problem's sizes.
+pub(super) fn dimensions(problem: &LoopProblem) -> Dimensions {
+    Dimensions {
+        states: problem.a.nrows(),
+        inputs: problem.b.ncols(),
+        length: problem.length,
+        default_input: problem.default_input,
+    }
+}
+
 /// A matrix as the core takes it.
 pub(super) fn row_major(matrix: &DMatrix<f64>) -> Vec<f64> {
     matrix.transpose().as_slice().to_vec()
@@ -91,6 +92,8 @@ struct InFlightRecursion<'p, 'w> {
     synthesis: Synthesis<'p, 'w, f64>,
     problem: Problem<'p, f64>,
     packing: Packing,
+    /// Costs of a loop without a network, which a slow plant's differ little from.
+    alike: Option<Sums>,
 }
 
 /// Most steps that the search for the rate takes in one.
@@ -145,12 +148,21 @@ impl Recursion for InFlightRecursion<'_, '_> {
         self.synthesis.fixed_step();
         let after = self.packing.pack(self.synthesis.value());
         let residual: Vec<f64> = after.iter().zip(&before).map(|(after, before)| after - before).collect();
-        let correction = self.with_map(|map| solve_correction(&residual, norm(&after), EVALUATION, map));
+        let states = self.problem.dimensions.states;
+        let solved = |from: &[f64]| match &self.alike {
+            Some(sums) => sums.of_packed(states, from),
+            None => from.to_vec(),
+        };
+        let correction = self.with_map(|map| solve_like(&residual, norm(&after), EVALUATION, solved, map));
         let found = correction.is_some();
         let value = before.iter().zip(correction.unwrap_or(residual)).map(|(value, change)| value + change);
         let value: Vec<f64> = value.collect();
         self.packing.unpack(&value, self.synthesis.value_mut());
         found
+    }
+
+    fn gains(&self) -> Vec<f64> {
+        self.synthesis.gains().to_vec()
     }
 }
 
@@ -158,28 +170,55 @@ fn synthesis<'p, 'w>(problem: Problem<'p, f64>, workspace: &'w mut [f64]) -> Syn
     Synthesis::new(problem, workspace).expect("slices and workspace are made to the problem's dimensions")
 }
 
-pub(super) fn solve(problem: &LoopProblem) -> Solution {
+/// The start at its fixed point.
+pub(super) fn solve(start: &Start) -> Solution {
+    let problem = &start.problem;
     let flat = Flat::new(problem);
     let mut workspace = vec![0.0; flat.dimensions.workspace_len()];
     let mut recursion = InFlightRecursion {
         synthesis: flat.synthesis(&mut workspace),
         problem: flat.problem(),
         packing: Packing::new(&flat.dimensions),
+        alike: start.free.as_ref().and_then(|free| Sums::of(&(&problem.a + &problem.b * &free.gain), free.radius)),
     };
-    recursion.synthesis.restart(&flat.q);
-    let ending = iterate(&mut recursion, problem.stage_cost_scale(), stability::runs_dry(problem));
+    recursion.synthesis.restart(start.cost_to_go().as_slice());
+    let free = start.free.as_ref().filter(|_| problem.is_network_free());
+    let ending = match free {
+        // Already there: the step says how well the solution fits its equation.
+        Some(free) => Ending {
+            outcome: Outcome::Converged,
+            iterations: 1,
+            policy_iterations: 0,
+            residual: recursion.step(),
+            mean_square_rate: free.radius.powi(2),
+            gain_error: free.error,
+        },
+        None => iterate(&mut recursion, start.cost_scale(), stability::runs_dry(problem)),
+    };
 
-    let states = flat.dimensions.states;
-    let law = Law::from_gains(problem, recursion.synthesis.gains(), problem.arrival_table());
+    let (states, inputs) = (flat.dimensions.states, flat.dimensions.inputs);
+    let mut law = Law::from_gains(problem, recursion.synthesis.gains(), problem.arrival_table());
+    let mut cost_to_go = DMatrix::from_row_slice(states, states, recursion.synthesis.cost_to_go());
+    let mut value = recursion.synthesis.value().to_vec();
+    if let Some(free) = free {
+        // To the last digit, which a step in `f64` need not keep. Nothing else is ever applied.
+        law.lx.fill(0.0);
+        law.m.fill(0.0);
+        law.lx.rows_mut(0, inputs).copy_from(&free.gain);
+        value.fill(0.0);
+        value[..states * states].copy_from_slice(free.cost_to_go.as_slice());
+        cost_to_go = free.cost_to_go.clone();
+    }
     Solution {
         outcome: ending.outcome,
         iterations: ending.iterations,
         policy_iterations: ending.policy_iterations,
         residual: ending.residual,
         mean_square_rate: ending.mean_square_rate,
+        gain_error: ending.gain_error,
         coupled_gains: None,
-        value: Some(recursion.synthesis.value().to_vec()),
+        value: Some(value),
         law,
-        cost_to_go: DMatrix::from_row_slice(states, states, recursion.synthesis.cost_to_go()),
+        cost_to_go,
     }
 }

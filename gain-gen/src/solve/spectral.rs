@@ -116,8 +116,8 @@ fn dominant(projected: &DMatrix<f64>, radius: f64) -> Vec<f64> {
 }
 
 /// Largest modulus of the eigenvalues of a square matrix; `None` if the iteration for them does not converge.
-pub(crate) fn modulus(matrix: &DMatrix<f64>) -> Option<f64> {
-    Some(modes::eigenvalues(matrix)?.iter().map(|value| value.norm()).fold(0.0, f64::max))
+fn modulus(matrix: &DMatrix<f64>) -> Option<f64> {
+    Some(modes::computed_eigenvalues(matrix)?.iter().map(|value| value.norm()).fold(0.0, f64::max))
 }
 
 #[cfg(test)]
