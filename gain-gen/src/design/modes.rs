@@ -263,17 +263,25 @@ mod tests {
     fn a_slow_state_and_a_weak_coupling_do_not_hide_an_integrator() {
         let charge = matrix([[1.0, 5.6e-10], [0.0, 0.9]]);
         assert_eq!(lost(&charge, &matrix([[0.0], [0.1]])), None);
-        assert!(lost(&charge.transpose(), &matrix([[0.0], [0.1]])).is_some(), "seen through the fast state alone");
+        assert!(
+            lost(&charge.transpose(), &matrix([[0.0], [0.1]])).is_some(),
+            "seen through the fast state alone"
+        );
     }
 
     #[test]
     fn what_rounding_cannot_tell_from_the_unit_circle_is_on_the_limit() {
-        let growth = |a: &DMatrix<f64>| -> Vec<Growth> { modes(a).unwrap().iter().map(|mode| mode.growth).collect() };
+        let growth =
+            |a: &DMatrix<f64>| -> Vec<Growth> { modes(a).unwrap().iter().map(|mode| mode.growth).collect() };
         assert_eq!(growth(&matrix([[1.0, 0.1], [0.0, 0.7]])), [Growth::OnTheLimit, Growth::Decays]);
-        assert_eq!(growth(&matrix([[1.0 - 1e-12, 0.1], [0.0, 1.0 + 1e-12]])), [Growth::Decays, Growth::Grows]);
+        assert_eq!(
+            growth(&matrix([[1.0 - 1e-12, 0.1], [0.0, 1.0 + 1e-12]])),
+            [Growth::Decays, Growth::Grows]
+        );
         // Four integrators in coordinates that mix them: one eigenvalue four times, computed 1e-4 apart.
         let chain = DMatrix::from_fn(4, 4, |i, j| if j == i || j == i + 1 { 1.0 } else { 0.0 });
-        let mix = DMatrix::from_fn(4, 4, |i, j| 1.0 / (1.0 + (i + 2 * j) as f64) + if i == j { 2.0 } else { 0.0 });
+        let mix =
+            DMatrix::from_fn(4, 4, |i, j| 1.0 / (1.0 + (i + 2 * j) as f64) + if i == j { 2.0 } else { 0.0 });
         let mixed = &mix * chain * mix.clone().try_inverse().unwrap();
         assert_eq!(growth(&mixed), [Growth::OnTheLimit; 4]);
         let (sin, cos) = 0.3_f64.sin_cos();

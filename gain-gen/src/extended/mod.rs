@@ -11,5 +11,7 @@
 mod dense;
 mod number;
 
-pub(crate) use dense::{Lu, Real, cholesky, product, rounded, solve_lower, symmetric, transposed_product, widened};
+pub(crate) use dense::{
+    Lu, Real, cholesky, product, rounded, solve_lower, symmetric, transposed_product, widened,
+};
 pub(crate) use number::Extended;

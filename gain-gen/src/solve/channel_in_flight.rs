@@ -189,6 +189,10 @@ impl Recursion for ChannelRecursion<'_, '_> {
         self.gains.concat()
     }
 
+    fn fall_back(&mut self) -> bool {
+        false
+    }
+
     fn memory(&self) -> usize {
         self.steps[0].dimensions().in_flight() + 1
     }

@@ -6,12 +6,8 @@
 //! on the true chain, so that their costs can be compared. The law for the device is in `channel_law`.
 
 use super::{
-    ClosedLoop, LoopProblem, Method, ModeChain, Outcome, Start, TooManyModes,
-    coupled::CoupledRecursion,
-    evaluation::solve_correction,
-    iterate::iterate,
-    modes::modes,
-    solve,
+    ClosedLoop, LoopProblem, Method, ModeChain, Outcome, Start, TooManyModes, coupled::CoupledRecursion,
+    evaluation::solve_correction, iterate::iterate, modes::modes, solve,
 };
 use crate::design::MarkovLink;
 use nalgebra::DMatrix;

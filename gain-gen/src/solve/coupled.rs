@@ -104,6 +104,10 @@ impl Recursion for CoupledRecursion {
         self.gains.iter().flat_map(|gain| gain.iter().copied()).collect()
     }
 
+    fn fall_back(&mut self) -> bool {
+        false
+    }
+
     fn memory(&self) -> usize {
         self.modes.len()
     }

@@ -7,12 +7,16 @@ use super::{
     krylov::norm,
     law::Law,
     packing::Packing,
-    spectral::spectral_radius,
+    radius::radius,
+    spectral::{largest_real_near_one, settled_radius},
     sums::Sums,
 };
-use crate::stability;
+use crate::{extended::widened, stability};
 use nalgebra::DMatrix;
-use slqg::synthesis::{Dimensions, Problem, Synthesis};
+use slqg::{
+    DefaultInput,
+    synthesis::{Dimensions, Problem, Synthesis},
+};
 
 /// A problem's matrices as the row-major slices the core takes.
 pub(super) struct Flat {
@@ -94,15 +98,28 @@ struct InFlightRecursion<'p, 'w> {
     packing: Packing,
     /// Costs of a loop without a network, which a slow plant's differ little from.
     alike: Option<Sums>,
+    /// Whether the plant decays when left alone, or sent zeros.
+    decays: bool,
 }
 
 /// Most steps that the search for the rate takes in one.
 const LONGEST_STRIDE: usize = 16;
 
+/// Rate above which nothing near 1 need be looked for.
+const CLEARLY_UNSTABLE: f64 = 1.05;
+
 /// Accuracy of the cost of given gains, relative to the cost.
 const EVALUATION: f64 = 1e-14;
 
 impl InFlightRecursion<'_, '_> {
+    /// About the cost-to-go whose step takes `stage` off it, both packed.
+    fn alike(&self, stage: &[f64]) -> Vec<f64> {
+        match &self.alike {
+            Some(sums) => sums.of_packed(self.problem.dimensions.states, stage),
+            None => stage.to_vec(),
+        }
+    }
+
     /// Calls `work` with the linear map of THEORY 5, the step with the present gains and without stage cost, acting on
     /// packed costs-to-go.
     fn with_map<R>(&self, work: impl FnOnce(&mut dyn FnMut(&[f64], &mut [f64])) -> R) -> R {
@@ -130,12 +147,26 @@ impl Recursion for InFlightRecursion<'_, '_> {
     }
 
     fn rate(&self) -> f64 {
+        let Dimensions { states, length, default_input, .. } = self.problem.dimensions;
+        if self.synthesis.gains().iter().all(|gain| *gain == 0.0) && default_input == DefaultInput::Zero {
+            // Nothing is ever applied.
+            return radius(&widened(&DMatrix::from_row_slice(states, states, self.problem.a))).powi(2);
+        }
         // Start inside the cone of costs: x^T x, which every mode of the plant shows in.
-        let states = self.problem.dimensions.states;
-        let stride = (self.problem.dimensions.length / 4).clamp(1, LONGEST_STRIDE);
+        let stride = (length / 4).clamp(1, LONGEST_STRIDE);
         let mut start = vec![0.0; self.problem.dimensions.value_len()];
         start[..states * states].iter_mut().step_by(states + 1).for_each(|entry| *entry = 1.0);
-        self.with_map(|map| spectral_radius(&self.packing.pack(&start), [1, stride, stride], map))
+        let start = self.packing.pack(&start);
+        let (found, settled) = self.with_map(|map| settled_radius(&start, [1, stride, stride], map));
+        if (settled && self.alike.is_none()) || found > CLEARLY_UNSTABLE {
+            return found;
+        }
+        let near_one = largest_real_near_one(&start, |residual| {
+            self.with_map(|map| {
+                solve_like(residual, norm(residual), EVALUATION, |from| self.alike(from), map)
+            })
+        });
+        near_one.unwrap_or(found)
     }
 
     fn memory(&self) -> usize {
@@ -148,17 +179,21 @@ impl Recursion for InFlightRecursion<'_, '_> {
         self.synthesis.fixed_step();
         let after = self.packing.pack(self.synthesis.value());
         let residual: Vec<f64> = after.iter().zip(&before).map(|(after, before)| after - before).collect();
-        let states = self.problem.dimensions.states;
-        let solved = |from: &[f64]| match &self.alike {
-            Some(sums) => sums.of_packed(states, from),
-            None => from.to_vec(),
-        };
-        let correction = self.with_map(|map| solve_like(&residual, norm(&after), EVALUATION, solved, map));
+        let correction = self
+            .with_map(|map| solve_like(&residual, norm(&after), EVALUATION, |from| self.alike(from), map));
         let found = correction.is_some();
         let value = before.iter().zip(correction.unwrap_or(residual)).map(|(value, change)| value + change);
         let value: Vec<f64> = value.collect();
         self.packing.unpack(&value, self.synthesis.value_mut());
         found
+    }
+
+    /// A plant that decays is stabilised by sending zeros.
+    fn fall_back(&mut self) -> bool {
+        if self.decays {
+            self.synthesis.set_gains(&vec![0.0; self.synthesis.gains().len()]);
+        }
+        self.decays
     }
 
     fn gains(&self) -> Vec<f64> {
@@ -179,7 +214,12 @@ pub(super) fn solve(start: &Start) -> Solution {
         synthesis: flat.synthesis(&mut workspace),
         problem: flat.problem(),
         packing: Packing::new(&flat.dimensions),
-        alike: start.free.as_ref().and_then(|free| Sums::of(&(&problem.a + &problem.b * &free.gain), free.radius)),
+        alike: start
+            .free
+            .as_ref()
+            .and_then(|free| Sums::of(&(&problem.a + &problem.b * &free.gain), free.radius)),
+        decays: stability::open_loop_modulus(&problem.a) < 1.0
+            && (problem.default_input == DefaultInput::Zero || !stability::runs_dry(problem)),
     };
     recursion.synthesis.restart(start.cost_to_go().as_slice());
     let free = start.free.as_ref().filter(|_| problem.is_network_free());

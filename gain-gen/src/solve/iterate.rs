@@ -30,6 +30,8 @@ pub(super) trait Recursion {
     fn evaluate(&mut self) -> bool;
     /// The gains of the last step, in any order.
     fn gains(&self) -> Vec<f64>;
+    /// Takes gains that are known to stabilise the loop instead of those of the last step; false if none are known.
+    fn fall_back(&mut self) -> bool;
     /// Steps after which what is in flight is forgotten: so many make its part of the cost-to-go as accurate as the
     /// state's, however small it is.
     fn memory(&self) -> usize;
@@ -48,6 +50,14 @@ pub(super) struct Ending {
 
 /// Relative residual at which the fixed point counts as reached.
 const RESIDUAL: f64 = 1e-13;
+/// Part of the cost that may still be missing where the residual is that small; what is more is found in one piece.
+const TO_COME: f64 = 1e-12;
+/// Times that this is done.
+const MOST_POLISHED: usize = 2;
+/// Rate from which the error of the gains is measured by what is still to come in one piece, not estimated.
+const SLOW: f64 = 0.999;
+/// Rounding of a step, relative to the gains.
+const ROUNDING: f64 = 8.0 * f64::EPSILON;
 /// Residual that counts when rounding lets it fall no further.
 const ROUNDING_FLOOR: f64 = 1e-11;
 /// Iterations without a smaller residual after which it is at its floor.
@@ -85,8 +95,9 @@ pub(super) fn iterate(recursion: &mut impl Recursion, scale: f64, doomed: bool) 
     };
     let mut smallest = f64::INFINITY;
     let mut stalled = 0;
-    // Iteration and residual at the last look.
-    let mut seen = (0, f64::INFINITY);
+    let mut polished = 0;
+    // The residual halfway to the next look.
+    let mut halfway = f64::INFINITY;
     let mut ending = Ending {
         outcome: Outcome::Undecided,
         iterations: 0,
@@ -108,6 +119,11 @@ pub(super) fn iterate(recursion: &mut impl Recursion, scale: f64, doomed: bool) 
             ending.mean_square_rate = recursion.rate();
             // A cost that does not see an unstable mode converges and stabilises nothing.
             let stabilised = ending.mean_square_rate < 1.0;
+            let to_come = residual / (1.0 - ending.mean_square_rate);
+            if stabilised && to_come > TO_COME && polished < MOST_POLISHED && recursion.evaluate() {
+                polished += 1;
+                continue;
+            }
             ending.outcome = if stabilised { Outcome::Converged } else { Outcome::Unstable };
             if stabilised {
                 ending.gain_error = gain_error(recursion, ending.mean_square_rate);
@@ -118,12 +134,14 @@ pub(super) fn iterate(recursion: &mut impl Recursion, scale: f64, doomed: bool) 
             ending.outcome = Outcome::Unstable;
             return ending;
         }
-        if !stable && ending.iterations >= look.max(recursion.memory()) {
-            let foreseen = value_steps_to_come(residual, seen.1, ending.iterations - seen.0);
-            seen = (ending.iterations, residual);
-            if doomed || foreseen > WORTH_WHILE {
+        let due = look.max(recursion.memory());
+        if ending.iterations == due / 2 {
+            halfway = residual;
+        }
+        if !stable && ending.iterations == due {
+            if doomed || value_steps_to_come(residual, halfway, due - due / 2) > WORTH_WHILE {
                 let rate = recursion.rate();
-                stable = rate < 1.0;
+                stable = rate < 1.0 || recursion.fall_back();
                 policy.active = stable;
                 if !stable && recursion.size() > outgrown {
                     ending.outcome = Outcome::Unstable;
@@ -132,7 +150,7 @@ pub(super) fn iterate(recursion: &mut impl Recursion, scale: f64, doomed: bool) 
                 }
             }
             // A doomed iteration need not run for twice as long as it takes to show it.
-            look = ending.iterations + if doomed { LOOK_WHEN_DOOMED } else { ending.iterations };
+            look = due + if doomed { LOOK_WHEN_DOOMED } else { due };
         }
     }
     ending.mean_square_rate = recursion.rate();
@@ -145,15 +163,18 @@ fn value_steps_to_come(residual: f64, before: f64, steps: usize) -> f64 {
     if before.is_finite() && shrinks < 0.0 { (RESIDUAL / residual).ln() / shrinks } else { f64::INFINITY }
 }
 
-/// What is still to come of a change that shrinks by `rate` a step: the last one, and rounding if there is none.
+/// What is still to come of a change that shrinks by `rate` a step: of the last one, and of what a step's rounding adds
+/// up to. Where the loop forgets slowly the change is found in one piece.
 fn gain_error(recursion: &mut impl Recursion, rate: f64) -> f64 {
     let before = recursion.gains();
+    let in_one_piece = rate > SLOW && recursion.evaluate();
     recursion.step();
     let after = recursion.gains();
     let largest = after.iter().fold(0.0_f64, |largest, gain| largest.max(gain.abs()));
     let change = after.iter().zip(&before).fold(0.0_f64, |change, (new, old)| change.max((new - old).abs()));
     let relative = if largest > 0.0 { change / largest } else { 0.0 };
-    relative.max(f64::EPSILON) / (1.0 - rate)
+    let to_come = if in_one_piece { relative } else { relative / (1.0 - rate) };
+    to_come.max(ROUNDING / (1.0 - rate))
 }
 
 /// Policy iteration: whether it is on, and how it gets along.

@@ -78,7 +78,8 @@ mod tests {
                 _ => 0.0,
             });
             // Similar, and dense.
-            let mix = DMatrix::from_fn(size, size, |i, j| if i == j { 1.0 } else { 0.3 / (1.0 + (i + j) as f64) });
+            let mix =
+                DMatrix::from_fn(size, size, |i, j| if i == j { 1.0 } else { 0.3 / (1.0 + (i + j) as f64) });
             let inverse = mix.clone().try_inverse().expect("not singular");
             assert!((radius_of(&block) - 0.999_999).abs() < 1e-13, "{size}");
             // The similar one is rounded, which moves such an eigenvalue by a root of the precision.
@@ -90,7 +91,8 @@ mod tests {
     #[test]
     fn a_rotating_pair_has_its_modulus() {
         let (modulus, angle) = (0.999_99_f64, 0.7_f64);
-        let turn = DMatrix::from_row_slice(2, 2, &[angle.cos(), angle.sin(), -angle.sin(), angle.cos()]) * modulus;
+        let turn =
+            DMatrix::from_row_slice(2, 2, &[angle.cos(), angle.sin(), -angle.sin(), angle.cos()]) * modulus;
         assert!((radius_of(&turn) - modulus).abs() < 1e-13);
     }
 }

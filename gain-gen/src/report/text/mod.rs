@@ -152,7 +152,11 @@ impl Report {
         if converged {
             let error = solution.gain_error;
             let told = if error <= GOOD_GAINS { "of the largest" } else { "of the largest: MORE THAN 1e-8" };
-            line(f, "gains", format!("good to {:<12}{told}, for the plant as given", format!("{error:.0e}")))?;
+            line(
+                f,
+                "gains",
+                format!("good to {:<12}{told}, for the plant as given", format!("{error:.0e}")),
+            )?;
         }
         let length = |n: Option<usize>| n.map_or("none".into(), |n| n.to_string());
         let (n_min, n_crit) = (length(self.n_min), length(self.n_crit));

@@ -44,9 +44,8 @@ pub(super) fn doubling<T: Real>(a: &DMatrix<T>, g: &DMatrix<T>, q: &DMatrix<T>) 
 fn is_negligible<T: Real>(more: &DMatrix<T>, sum: &DMatrix<T>) -> bool {
     let size = |i: usize| sum[(i, i)].narrow().max(0.0).sqrt();
     let roots: Vec<f64> = (0..sum.nrows()).map(size).collect();
-    (0..sum.nrows()).all(|j| {
-        (0..sum.nrows()).all(|i| more[(i, j)].narrow().abs() <= T::PRECISION * roots[i] * roots[j])
-    })
+    (0..sum.nrows())
+        .all(|j| (0..sum.nrows()).all(|i| more[(i, j)].narrow().abs() <= T::PRECISION * roots[i] * roots[j]))
 }
 
 fn add<T: Real>(a: &DMatrix<T>, b: &DMatrix<T>) -> DMatrix<T> {

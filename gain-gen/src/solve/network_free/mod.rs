@@ -103,7 +103,11 @@ mod tests {
         // x+ = exp(N T) x: the input moves the first state by T^4 / 24.
         let t: f64 = 1e-4;
         let factorial = [1.0, 1.0, 2.0, 6.0, 24.0];
-        let a = DMatrix::from_fn(4, 4, |i, j| if j < i { 0.0 } else { t.powi((j - i) as i32) / factorial[j - i] });
+        let a = DMatrix::from_fn(
+            4,
+            4,
+            |i, j| if j < i { 0.0 } else { t.powi((j - i) as i32) / factorial[j - i] },
+        );
         let b = DMatrix::from_fn(4, 1, |i, _| t.powi(4 - i as i32) / factorial[4 - i]);
         let found = network_free(&problem(a, b, 1.0)).expect("a solution");
         assert!(found.error < 1e-14, "{}", found.error);

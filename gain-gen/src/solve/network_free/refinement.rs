@@ -5,7 +5,9 @@
 //! as [`Extended`], and so is what is left when it is put into its equation; the correction for that,
 //! `D = F' D F + rest` with `F = A + B K`, needs but a few digits, and `f64` computes it.
 
-use crate::extended::{Extended, cholesky, product, rounded, solve_lower, symmetric, transposed_product, widened};
+use crate::extended::{
+    Extended, cholesky, product, rounded, solve_lower, symmetric, transposed_product, widened,
+};
 use nalgebra::DMatrix;
 
 /// Corrections allowed.
@@ -54,7 +56,10 @@ impl Equation {
     }
 
     /// The gain that `cost` asks for, the loop it closes, and what is left of `cost` in its equation.
-    fn put_in(&self, cost: &DMatrix<Extended>) -> Option<(DMatrix<Extended>, DMatrix<Extended>, DMatrix<f64>)> {
+    fn put_in(
+        &self,
+        cost: &DMatrix<Extended>,
+    ) -> Option<(DMatrix<Extended>, DMatrix<Extended>, DMatrix<f64>)> {
         let ahead = product(cost, &self.a);
         let coupling = transposed_product(&self.b, &ahead);
         let price = sum(&self.r, &symmetric(&transposed_product(&self.b, &product(cost, &self.b))));
@@ -110,7 +115,8 @@ fn greatest_change(new: &DMatrix<Extended>, old: &DMatrix<Extended>) -> f64 {
     let rows = new.row_iter().zip(old.row_iter());
     let of_row = rows.map(|(new, old)| {
         let largest = new.iter().map(|entry| entry.magnitude()).fold(0.0, f64::max);
-        let change = new.iter().zip(old.iter()).map(|(new, old)| (*new - *old).magnitude()).fold(0.0, f64::max);
+        let change =
+            new.iter().zip(old.iter()).map(|(new, old)| (*new - *old).magnitude()).fold(0.0, f64::max);
         if change == 0.0 { 0.0 } else { change / largest }
     });
     of_row.fold(0.0, f64::max)
