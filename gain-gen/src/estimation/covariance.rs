@@ -20,7 +20,9 @@
 //! Where each `p_a` is 0 or 1, a link without loss and with one delay, both are exact. An ordinary Riccati equation, or one
 //! in which a measurement counts only once it can no longer come, would bound it too, but more loosely.
 
+use super::limit::arrival_limit;
 use super::riccati::{corrected, kalman_covariance, modified_riccati, predicted};
+use super::{EstimationVerdict, verdict};
 use crate::design::{DelayDistribution, Plant};
 use crate::stability::{loses_sight, open_loop_modulus};
 use nalgebra::DMatrix;
@@ -45,6 +47,20 @@ pub fn covariance_bounds(
     link: &DelayDistribution,
     measurement_buffer: usize,
 ) -> CovarianceBounds {
+    let limit = arrival_limit(plant);
+    bounds(plant, link, measurement_buffer, verdict(limit.as_ref(), link.arrival(measurement_buffer)))
+}
+
+/// The same where the `verdict` is known.
+pub(super) fn bounds(
+    plant: &Plant,
+    link: &DelayDistribution,
+    measurement_buffer: usize,
+    verdict: EstimationVerdict,
+) -> CovarianceBounds {
+    if verdict == EstimationVerdict::Unstable {
+        return CovarianceBounds { lower: None, upper: None };
+    }
     let arrival = link.arrival(measurement_buffer);
     let best = kalman_covariance(plant);
     let is_decaying = open_loop_modulus(&plant.a) < 1.0;

@@ -16,7 +16,8 @@
 //! `b < 1` shows that the gains of `X` shrink it: bounded; `f(X) >= a X` with `a >= 1` shows that it grows. The iteration
 //! brings both numbers together. No answer depends on how long a growing covariance takes to look large.
 
-use crate::design::modes;
+use super::coordinates::Coordinates;
+use crate::design::{Plant, modes};
 use nalgebra::{Cholesky, DMatrix, SymmetricEigen};
 
 /// Moduli up to this above 1 do not count as unstable.
@@ -32,18 +33,18 @@ const STRIDE: usize = 8;
 /// Steps allowed.
 const MOST: usize = 20_000;
 
-/// `q_crit` for a plant with transition `a`, nx x nx, and outputs `c`, ny x nx, (a, c) detectable. 0 if no mode grows.
+/// `q_crit` for a plant whose outputs see every mode that does not decay. 0 if no mode grows.
 ///
 /// By formula where there is one; otherwise by bisection, from above: to within 1e-6, or 1e-3 where modes coincide (the
 /// growth of a Jordan block answers to the cube root of the noise).
-pub fn critical_probability(a: &DMatrix<f64>, c: &DMatrix<f64>) -> f64 {
-    let (lower, upper) = limits(a);
-    if c.nrows() == 1 || upper - lower <= WIDTH { upper } else { bisect(a, c, lower, upper) }
+pub fn critical_probability(plant: &Plant) -> f64 {
+    let (lower, upper) = limits(&plant.a);
+    if plant.c.nrows() == 1 || upper - lower <= WIDTH { upper } else { bisect(plant, lower, upper) }
 }
 
 /// The same by bisection wherever there is an unstable mode, without the formulas: to check one against the other.
-pub fn critical_probability_by_bisection(a: &DMatrix<f64>, c: &DMatrix<f64>) -> f64 {
-    if limits(a).1 == 0.0 { 0.0 } else { bisect(a, c, 0.0, 1.0) }
+pub fn critical_probability_by_bisection(plant: &Plant) -> f64 {
+    if limits(&plant.a).1 == 0.0 { 0.0 } else { bisect(plant, 0.0, 1.0) }
 }
 
 /// The two limits for any outputs; infinitely fast growth if the eigenvalues cannot be computed.
@@ -55,8 +56,8 @@ fn limits(a: &DMatrix<f64>) -> (f64, f64) {
     (1.0 - largest.powi(-2), 1.0 - f64::powi(product, -2))
 }
 
-fn bisect(a: &DMatrix<f64>, c: &DMatrix<f64>, mut lower: f64, mut upper: f64) -> f64 {
-    let growth = Growth::new(a, c);
+fn bisect(plant: &Plant, mut lower: f64, mut upper: f64) -> f64 {
+    let growth = Growth(Coordinates::of(plant));
     while upper - lower > WIDTH {
         let middle = 0.5 * (lower + upper);
         if growth.is_bounded(middle) {
@@ -68,42 +69,26 @@ fn bisect(a: &DMatrix<f64>, c: &DMatrix<f64>, mut lower: f64, mut upper: f64) ->
     upper
 }
 
-/// The homogeneous iteration, in coordinates in which neither states nor outputs have units.
-struct Growth {
-    a: DMatrix<f64>,
-    c: DMatrix<f64>,
-}
+/// The homogeneous iteration.
+struct Growth(Coordinates);
 
 impl Growth {
-    fn new(a: &DMatrix<f64>, c: &DMatrix<f64>) -> Self {
-        let scale = nalgebra::linalg::balancing::balance_parlett_reinsch(&mut a.clone());
-        let a = DMatrix::from_fn(a.nrows(), a.ncols(), |i, j| a[(i, j)] * scale[j] / scale[i]);
-        let mut c = DMatrix::from_fn(c.nrows(), c.ncols(), |i, j| c[(i, j)] * scale[j]);
-        for mut row in c.row_iter_mut() {
-            let length = row.norm();
-            if length > 0.0 {
-                row /= length;
-            }
-        }
-        Self { a, c }
-    }
-
     /// `f(X)` with noise.
     fn step(&self, x: &DMatrix<f64>, q: f64) -> Option<DMatrix<f64>> {
         let noise = NOISE * x.trace();
-        let ahead = &self.a * x;
-        let seen = &self.c * x;
+        let ahead = &self.0.a * x;
+        let seen = &self.0.c * x;
         let innovation =
-            &seen * self.c.transpose() + DMatrix::identity(self.c.nrows(), self.c.nrows()) * noise;
-        let cross = seen * self.a.transpose();
+            &seen * self.0.c.transpose() + DMatrix::identity(self.0.c.nrows(), self.0.c.nrows()) * noise;
+        let cross = seen * self.0.a.transpose();
         let gain = Cholesky::new(innovation)?.solve(&cross);
-        let next = ahead * self.a.transpose() - cross.tr_mul(&gain) * q;
+        let next = ahead * self.0.a.transpose() - cross.tr_mul(&gain) * q;
         Some((&next + next.transpose()) * 0.5 + DMatrix::identity(x.nrows(), x.nrows()) * noise)
     }
 
     /// Whether the covariance stays bounded; false also where that cannot be told.
     fn is_bounded(&self, q: f64) -> bool {
-        let mut x = DMatrix::identity(self.a.nrows(), self.a.nrows());
+        let mut x = DMatrix::identity(self.0.a.nrows(), self.0.a.nrows());
         for count in 1..=MOST {
             let Some(next) = self.step(&x, q) else { return false };
             if count % STRIDE == 0 {

@@ -1,8 +1,13 @@
-//! What the estimator can do over the sensor's link: thesis 3.4.1, Theorems 3.3 a) and 3.4 a), and the cost (3.33).
+//! What the estimator can do over the sensor's link: thesis 3.4.1, Theorems 3.3 a) and 3.4 a) and the exact limit between
+//! them, and the cost (3.33).
 //!
 //! | file | what lives there |
 //! |---|---|
-//! | `critical` | the critical arrival probability `q_crit` |
+//! | `limit` | the arrival probability down to which the error stays bounded, exactly |
+//! | `cycle` | modes that come round together, and how many losses hide one of them |
+//! | `spectrum` | eigenvalues, their uncertainty and their eigenvectors |
+//! | `coordinates` | states and outputs without units |
+//! | `critical` | the critical probability `q_crit` of the modified Riccati equation |
 //! | `riccati` | the modified Riccati equation, solved as the control problem it mirrors |
 //! | `covariance` | bounds on the covariance of the estimation error |
 //!
@@ -19,27 +24,32 @@
 //! its own. `E[e e']` has no closed form; bounds on it give bounds on the cost. They coincide where it is certain by
 //! when a measurement is there.
 
+mod coordinates;
 mod covariance;
 mod critical;
+mod cycle;
+mod limit;
 mod riccati;
+mod spectrum;
 
 use crate::design::{Acknowledgement, Design};
 use crate::solve::{Outcome, Solution};
-use crate::stability::{loses_sight, open_loop_modulus};
+use covariance::bounds;
 use nalgebra::DMatrix;
 
 pub use covariance::{CovarianceBounds, covariance_bounds};
 pub use critical::{critical_probability, critical_probability_by_bisection};
+pub use limit::{ArrivalLimit, DecidingCycle, arrival_limit};
 pub use riccati::{kalman_covariance, modified_riccati};
 
 /// Whether the expected error covariance of the estimator stays bounded.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum EstimationVerdict {
-    /// Theorem 3.3 a): `A` is stable, or `q_arr > q_crit`.
+    /// It does: `q_arr` is above the limit, or the modified Riccati equation bounds it (Theorem 3.3 a).
     Stable,
-    /// Theorem 3.4 a): `q_arr <= 1 - |lambda_max(A)|^-2`.
+    /// It does not: `q_arr` is below the limit.
     Unstable,
-    /// Neither theorem applies.
+    /// `q_arr` is within rounding of the limit, or between the two that are possible where coincidences of eigenvalues are in doubt.
     Open,
 }
 
@@ -61,7 +71,9 @@ pub struct Estimation {
     pub arrival: f64,
     /// `q_crit`: above it the modified Riccati equation has a solution.
     pub critical: f64,
-    /// Which theorem applies.
+    /// The least `q_arr` for which the error stays bounded; `None` if it does without any measurement.
+    pub limit: Option<ArrivalLimit>,
+    /// What follows of it.
     pub verdict: EstimationVerdict,
     /// Bounds on `E[e e']` in steady state, where `e` is the error of the estimate that the controller acts on.
     pub covariance: CovarianceBounds,
@@ -80,15 +92,13 @@ impl Estimation {
         let (plant, link) = (&design.plant, &design.network.sensor_to_controller.delays);
         let buffer = design.controller.measurement_buffer;
         let arrival = link.arrival(buffer);
-        let critical = critical_probability(&plant.a, &plant.c);
-        let verdict = if loses_sight(plant, link, buffer) {
-            EstimationVerdict::Unstable
-        } else if open_loop_modulus(&plant.a) < 1.0 || arrival > critical {
-            EstimationVerdict::Stable
-        } else {
-            EstimationVerdict::Open
-        };
-        let mut covariance = covariance_bounds(plant, link, buffer);
+        let critical = critical_probability(plant);
+        let limit = arrival_limit(plant);
+        let mut verdict = verdict(limit.as_ref(), arrival);
+        let mut covariance = bounds(plant, link, buffer, verdict);
+        if verdict == EstimationVerdict::Open && covariance.upper.is_some() {
+            verdict = EstimationVerdict::Stable;
+        }
         if design.network.acknowledgement != Acknowledgement::Instant {
             covariance.upper = None;
         }
@@ -100,7 +110,16 @@ impl Estimation {
             _ => f64::INFINITY,
         };
         let (cost_lower, cost_upper) = (cost(&covariance.lower), cost(&covariance.upper));
-        Self { arrival, critical, verdict, covariance, cost_lower, cost_upper }
+        Self { arrival, critical, limit, verdict, covariance, cost_lower, cost_upper }
+    }
+}
+
+/// What follows for measurements that arrive with probability `arrival` from the limit for it.
+fn verdict(limit: Option<&ArrivalLimit>, arrival: f64) -> EstimationVerdict {
+    match limit {
+        Some(limit) if arrival < limit.lower => EstimationVerdict::Unstable,
+        Some(limit) if arrival <= limit.upper => EstimationVerdict::Open,
+        _ => EstimationVerdict::Stable,
     }
 }
 

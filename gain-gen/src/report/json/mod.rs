@@ -9,6 +9,7 @@ mod optional;
 
 use super::{FailedCondition, Report, Verdict, default_input_name, estimator_name};
 use crate::design::Acknowledgement;
+use crate::estimation::{ArrivalLimit, DecidingCycle};
 use crate::solve::LoopProblem;
 use layout::write_line_per_field;
 use mode_gains::Spelled;
@@ -53,8 +54,6 @@ pub(crate) struct Document<'r> {
     n_v: usize,
     /// Of the iterations, those that began with the exact cost of the gains before.
     policy_iterations: usize,
-    /// Estimated error of the gains relative to the largest; null unless converged.
-    gain_error: Option<f64>,
     estimation: EstimationFigures,
     /// Of a length that was chosen; null where it was given.
     length_tolerance: Option<f64>,
@@ -89,6 +88,33 @@ struct EstimationFigures {
     error_covariance_upper: Option<f64>,
     expected_cost_lower: f64,
     expected_cost_upper: f64,
+    /// Null where no measurement is needed.
+    limit: Option<LimitFigures>,
+}
+
+/// [`crate::estimation::ArrivalLimit`]; the last three are null where no mode grows.
+#[derive(Serialize)]
+struct LimitFigures {
+    lower: f64,
+    upper: f64,
+    eigenvalues: Option<Rows>,
+    period: Option<usize>,
+    losses: Option<usize>,
+}
+
+impl LimitFigures {
+    fn of(limit: &ArrivalLimit) -> Self {
+        let cycle = limit.cycle.as_ref();
+        let parts =
+            |cycle: &DecidingCycle| cycle.eigenvalues.iter().map(|value| vec![value.re, value.im]).collect();
+        Self {
+            lower: limit.lower,
+            upper: limit.upper,
+            eigenvalues: cycle.map(parts),
+            period: cycle.map(|cycle| cycle.period),
+            losses: cycle.map(|cycle| cycle.losses),
+        }
+    }
 }
 
 impl<'r> Document<'r> {
@@ -118,7 +144,6 @@ impl<'r> Document<'r> {
             failed_conditions: report.failed_conditions.iter().map(FailedCondition::to_string).collect(),
             n_v: report.in_flight(),
             policy_iterations: solution.policy_iterations,
-            gain_error: solution.gain_error.is_finite().then_some(solution.gain_error),
             estimation: EstimationFigures {
                 q_arr: report.estimation.arrival,
                 q_crit: report.estimation.critical,
@@ -127,6 +152,7 @@ impl<'r> Document<'r> {
                 error_covariance_upper: report.estimation.covariance.upper.as_ref().map(DMatrix::trace),
                 expected_cost_lower: report.estimation.cost_lower,
                 expected_cost_upper: report.estimation.cost_upper,
+                limit: report.estimation.limit.as_ref().map(LimitFigures::of),
             },
             length_tolerance: report.design.length_choice().map(|choice| choice.tolerance),
             margins: report.margins.as_ref().map(MarginFigures::of),

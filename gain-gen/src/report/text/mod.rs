@@ -13,8 +13,6 @@ use crate::solve::Outcome;
 use core::fmt::{self, Display, Formatter};
 use nalgebra::DMatrix;
 
-/// Error of the gains up to which it need not worry anybody.
-const GOOD_GAINS: f64 = 1e-8;
 /// Most rows and columns of a gain that still fit on the screen with the rest.
 const SMALL: (usize, usize) = (10, 6);
 
@@ -149,15 +147,6 @@ impl Report {
             after = format!("{after}, {} of them policy iterations", solution.policy_iterations);
         }
         line(f, "recursion", format!("{}: {how} after {after}, residual {residual}", self.method.name()))?;
-        if converged {
-            let error = solution.gain_error;
-            let told = if error <= GOOD_GAINS { "of the largest" } else { "of the largest: MORE THAN 1e-8" };
-            line(
-                f,
-                "gains",
-                format!("good to {:<12}{told}, for the plant as given", format!("{error:.0e}")),
-            )?;
-        }
         let length = |n: Option<usize>| n.map_or("none".into(), |n| n.to_string());
         let (n_min, n_crit) = (length(self.n_min), length(self.n_crit));
         line(f, "N_min", format!("{n_min:<12}shortest length that Theorem 3.4 b) does not rule out"))?;
@@ -184,8 +173,17 @@ impl Report {
         let found = &self.estimation;
         let (verdict, arrival, critical) =
             (found.verdict.name(), percent(found.arrival), percent(found.critical));
-        let shares = format!("q_arr = {arrival} of the measurements count, q_crit = {critical}");
+        // What does not grow but for rounding needs no share of the measurements.
+        let growing = found.limit.as_ref().filter(|limit| limit.cycle.is_some());
+        let limits = growing.map_or((0.0, 0.0), |limit| (limit.lower, limit.upper));
+        let (lower, upper) = (percent(limits.0), percent(limits.1));
+        let limit = if lower == upper { upper } else { format!("{lower} to {upper}") };
+        let shares =
+            format!("q_arr = {arrival} of the measurements count, q_lim = {limit}, q_crit = {critical}");
         writeln!(f, "\nEstimation: {verdict}, {shares}")?;
+        if let Some(cycle) = growing.and_then(|limit| limit.cycle.as_ref()).filter(|cycle| cycle.period > 1) {
+            line(f, "q_lim", format!("decided by {cycle}"))?;
+        }
         let trace = |bound: &Option<DMatrix<f64>>| bound.as_ref().map_or(f64::INFINITY, DMatrix::trace);
         let (lower, upper) = (trace(&found.covariance.lower), trace(&found.covariance.upper));
         line(f, "error covariance", format!("{}, trace, bounds in steady state", interval(lower, upper)))?;
