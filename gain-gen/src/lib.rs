@@ -1,11 +1,13 @@
 //! From a design file (plant, cost, measured link) to optimal gains, a stability verdict and generated source.
 
+mod balance;
 pub mod build;
 pub mod certificate;
 pub mod design;
 pub mod discretise;
 pub mod emit;
 pub mod estimation;
+mod extended;
 pub mod joining;
 pub mod lengths;
 pub mod margins;

@@ -2,18 +2,18 @@
 //!
 //! Whether given gains stabilise is decided by their mean-square rate, in [`crate::solve`].
 
-use crate::design::{DelayDistribution, LONGEST_SEQUENCE, Plant};
-use crate::solve::{LoopProblem, Method, Outcome, Solution, modulus, solve};
+use crate::design::{DelayDistribution, LONGEST_SEQUENCE, Plant, modes};
+use crate::solve::{LoopProblem, Method, Outcome, Solution, solve};
 use nalgebra::DMatrix;
 use slqg::DefaultInput;
 
 /// Lengths tried beyond the design's own when looking for one that stabilises.
 const LENGTHS_BEYOND: usize = 16;
 
-/// Largest modulus of the eigenvalues of `A`.
+/// Largest modulus of the eigenvalues of `A`; exactly 1 where rounding cannot tell it from 1.
 pub fn open_loop_modulus(a: &DMatrix<f64>) -> f64 {
     // A design whose eigenvalues cannot be computed is refused when it is read; for others, the safe side.
-    modulus(a).unwrap_or(f64::INFINITY)
+    modes::modes(a).map_or(f64::INFINITY, |modes| modes.iter().map(modes::Mode::modulus).fold(0.0, f64::max))
 }
 
 /// Probability that the buffer of an actuator that has run dry stays dry for another cycle: `p(N, N) = 1 - Q(N-1)`.

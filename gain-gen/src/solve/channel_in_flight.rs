@@ -5,7 +5,7 @@
 //! of size `O(S N^2)` where `correlated` has a cost for each of `O(S^N)` modes.
 
 use super::{
-    LoopProblem, Outcome,
+    LoopProblem, Outcome, Start,
     channel_law::ChannelLaw,
     coupled::solve_semidefinite,
     in_flight::Flat,
@@ -55,9 +55,10 @@ pub fn solve_channel(problem: &LoopProblem, channel: &MarkovLink) -> ChannelSolu
     let no_cost = LoopProblem { q: &problem.q * 0.0, r: &problem.r * 0.0, ..problem.clone() };
     let without_cost: Vec<Flat> =
         links.iter().map(|link| Flat::with_survival(&no_cost, link.survival().to_vec())).collect();
+    let network_free = Start::in_given_units(problem);
     let start = {
         let mut first = links[0].synthesis(&mut workspaces[0]);
-        first.restart(links[0].state_weight());
+        first.restart(network_free.cost_to_go().as_slice());
         first.value().to_vec()
     };
     let mut recursion = ChannelRecursion {
@@ -74,7 +75,7 @@ pub fn solve_channel(problem: &LoopProblem, channel: &MarkovLink) -> ChannelSolu
         values: vec![start; links.len()],
         gains: vec![vec![0.0; dimensions.sequence_rows() * dimensions.gain_columns()]; links.len()],
     };
-    let ending = iterate(&mut recursion, problem.stage_cost_scale(), false);
+    let ending = iterate(&mut recursion, network_free.cost_scale(), false);
     let (rows, states) = (dimensions.sequence_rows(), dimensions.states);
     let gains = recursion
         .gains
@@ -181,6 +182,14 @@ impl Recursion for ChannelRecursion<'_, '_> {
 
     /// Plain value iteration.
     fn evaluate(&mut self) -> bool {
+        false
+    }
+
+    fn gains(&self) -> Vec<f64> {
+        self.gains.concat()
+    }
+
+    fn fall_back(&mut self) -> bool {
         false
     }
 

@@ -6,11 +6,8 @@
 //! on the true chain, so that their costs can be compared. The law for the device is in `channel_law`.
 
 use super::{
-    ClosedLoop, LoopProblem, ModeChain, Outcome, TooManyModes,
-    coupled::{self, CoupledRecursion},
-    evaluation::solve_correction,
-    iterate::iterate,
-    modes::modes,
+    ClosedLoop, LoopProblem, Method, ModeChain, Outcome, Start, TooManyModes, coupled::CoupledRecursion,
+    evaluation::solve_correction, iterate::iterate, modes::modes, solve,
 };
 use crate::design::MarkovLink;
 use nalgebra::DMatrix;
@@ -80,7 +77,7 @@ pub fn correlated(
         let by_age = |gains: &[DMatrix<f64>]| chain.ages.iter().map(|&age| gains[age].clone()).collect();
         let gains = match knowledge {
             Knowledge::Average => {
-                let solution = coupled::solve(&average);
+                let solution = solve(&average, Method::Coupled);
                 solution.is_stabilising().then(|| by_age(&solution.mode_gains()))?
             }
             Knowledge::Ages => by_age(&settle_over(chain.lumped(), problem)?.gains),
@@ -101,8 +98,9 @@ impl Correlated {
 
 /// The recursion over a chain at its fixed point; `None` if no gains stabilise the loop.
 fn settle_over(chain: ModeChain, problem: &LoopProblem) -> Option<CoupledRecursion> {
-    let mut recursion = CoupledRecursion::over(chain, problem, &problem.q);
-    let ending = iterate(&mut recursion, problem.stage_cost_scale(), false);
+    let start = Start::in_given_units(problem);
+    let mut recursion = CoupledRecursion::over(chain, problem, start.cost_to_go());
+    let ending = iterate(&mut recursion, start.cost_scale(), false);
     (ending.outcome == Outcome::Converged).then_some(recursion)
 }
 

@@ -4,7 +4,7 @@
 //! the in-flight recursion is checked against; it shares nothing with it but the rank-revealing solve.
 
 use super::{
-    LoopProblem, ModeChain, Solution,
+    LoopProblem, ModeChain, Solution, Start,
     closed_loop::{ClosedLoop, expect},
     iterate::{Ending, Recursion, iterate},
     law::{Law, mode_weights},
@@ -100,6 +100,14 @@ impl Recursion for CoupledRecursion {
         false
     }
 
+    fn gains(&self) -> Vec<f64> {
+        self.gains.iter().flat_map(|gain| gain.iter().copied()).collect()
+    }
+
+    fn fall_back(&mut self) -> bool {
+        false
+    }
+
     fn memory(&self) -> usize {
         self.modes.len()
     }
@@ -110,14 +118,15 @@ impl Recursion for CoupledRecursion {
 }
 
 /// The recursion at its fixed point, and how it got there.
-pub(super) fn settle(problem: &LoopProblem) -> (CoupledRecursion, Ending) {
-    let mut recursion = CoupledRecursion::new(problem, &problem.q);
-    let ending = iterate(&mut recursion, problem.stage_cost_scale(), stability::runs_dry(problem));
+pub(super) fn settle(start: &Start) -> (CoupledRecursion, Ending) {
+    let mut recursion = CoupledRecursion::new(&start.problem, start.cost_to_go());
+    let ending = iterate(&mut recursion, start.cost_scale(), stability::runs_dry(&start.problem));
     (recursion, ending)
 }
 
-pub(super) fn solve(problem: &LoopProblem) -> Solution {
-    let (recursion, ending) = settle(problem);
+pub(super) fn solve(start: &Start) -> Solution {
+    let problem = &start.problem;
+    let (recursion, ending) = settle(start);
     let states = recursion.states;
     Solution {
         outcome: ending.outcome,
@@ -125,6 +134,7 @@ pub(super) fn solve(problem: &LoopProblem) -> Solution {
         policy_iterations: ending.policy_iterations,
         residual: ending.residual,
         mean_square_rate: ending.mean_square_rate,
+        gain_error: ending.gain_error,
         law: in_flight_form(problem, &recursion.gains),
         cost_to_go: recursion.cost_to_go[0].view((0, 0), (states, states)).into_owned(),
         coupled_gains: Some(recursion.gains),

@@ -1,7 +1,7 @@
 //! Solution of `x = T x + c` for a linear map `T` that is only known by its action: the cost of fixed gains.
 //!
 //! GMRES with restarts: as many applications as the map has distinct slow modes, where plain iteration takes as many as
-//! its slowest mode needs to decay.
+//! its slowest mode needs to decay. Where a map is known that is like `T` and easily solved for, a few applications do.
 
 use super::krylov::{Krylov, norm};
 use nalgebra::DVector;
@@ -19,6 +19,17 @@ pub(crate) fn solve_correction(
     residual: &[f64],
     scale: f64,
     tolerance: f64,
+    apply: impl FnMut(&[f64], &mut [f64]),
+) -> Option<Vec<f64>> {
+    solve_like(residual, scale, tolerance, |from| from.to_vec(), apply)
+}
+
+/// The same with the help of `solved`, which gives for `r` about the `d` with `d = T d + r`.
+pub(super) fn solve_like(
+    residual: &[f64],
+    scale: f64,
+    tolerance: f64,
+    solved: impl Fn(&[f64]) -> Vec<f64>,
     mut apply: impl FnMut(&[f64], &mut [f64]),
 ) -> Option<Vec<f64>> {
     let target = tolerance * scale;
@@ -33,9 +44,10 @@ pub(crate) fn solve_correction(
         let mut space = Krylov::new(&rest, SPACE.min(residual.len()))?;
         let mut best = (Vec::new(), f64::INFINITY);
         while space.can_grow() {
-            // I - T
+            // I - T, after what is like its inverse.
             space.grow(|from, to| {
-                apply(from, to);
+                let from = solved(from);
+                apply(&from, to);
                 to.iter_mut().zip(from).for_each(|(to, from)| *to = from - *to);
             });
             if space.dimension() % LOOK_EVERY == 0 || !space.can_grow() {
@@ -45,7 +57,8 @@ pub(crate) fn solve_correction(
                 }
             }
         }
-        correction.iter_mut().zip(space.combine(&best.0)).for_each(|(value, step)| *value += step);
+        let step = solved(&space.combine(&best.0));
+        correction.iter_mut().zip(step).for_each(|(value, step)| *value += step);
         // The true residual, not the one the recursion believes in.
         apply(&correction, &mut image);
         for (index, rest) in rest.iter_mut().enumerate() {

@@ -1,17 +1,22 @@
 //! The core's in-flight recursion iterated to its fixed point: THEORY 4 and 5 in `f64`.
 
 use super::{
-    LoopProblem, Solution,
-    evaluation::solve_correction,
-    iterate::{Recursion, iterate},
+    LoopProblem, Outcome, Solution, Start,
+    evaluation::solve_like,
+    iterate::{Ending, Recursion, iterate},
     krylov::norm,
     law::Law,
     packing::Packing,
-    spectral::spectral_radius,
+    radius::radius,
+    spectral::{largest_real_near_one, settled_radius},
+    sums::Sums,
 };
-use crate::stability;
+use crate::{extended::widened, stability};
 use nalgebra::DMatrix;
-use slqg::synthesis::{Dimensions, Problem, Synthesis};
+use slqg::{
+    DefaultInput,
+    synthesis::{Dimensions, Problem, Synthesis},
+};
 
 /// A problem's matrices as the row-major slices the core takes.
 pub(super) struct Flat {
@@ -31,12 +36,7 @@ impl Flat {
     /// The same over a link with this survival function, `N` values.
     pub(super) fn with_survival(problem: &LoopProblem, survival: Vec<f64>) -> Self {
         Self {
-            dimensions: Dimensions {
-                states: problem.a.nrows(),
-                inputs: problem.b.ncols(),
-                length: problem.length,
-                default_input: problem.default_input,
-            },
+            dimensions: dimensions(problem),
             a: row_major(&problem.a),
             b: row_major(&problem.b),
             q: row_major(&problem.q),
@@ -48,11 +48,6 @@ impl Flat {
     /// P(delay > d) for d = 0..N-1.
     pub(super) fn survival(&self) -> &[f64] {
         &self.survival
-    }
-
-    /// `Q`, by rows.
-    pub(super) fn state_weight(&self) -> &[f64] {
-        &self.q
     }
 
     fn problem(&self) -> Problem<'_, f64> {
@@ -82,6 +77,16 @@ impl Flat {
     }
 }
 
+/// A problem's sizes.
+pub(super) fn dimensions(problem: &LoopProblem) -> Dimensions {
+    Dimensions {
+        states: problem.a.nrows(),
+        inputs: problem.b.ncols(),
+        length: problem.length,
+        default_input: problem.default_input,
+    }
+}
+
 /// A matrix as the core takes it.
 pub(super) fn row_major(matrix: &DMatrix<f64>) -> Vec<f64> {
     matrix.transpose().as_slice().to_vec()
@@ -91,15 +96,30 @@ struct InFlightRecursion<'p, 'w> {
     synthesis: Synthesis<'p, 'w, f64>,
     problem: Problem<'p, f64>,
     packing: Packing,
+    /// Costs of a loop without a network, which a slow plant's differ little from.
+    alike: Option<Sums>,
+    /// Whether the plant decays when left alone, or sent zeros.
+    decays: bool,
 }
 
 /// Most steps that the search for the rate takes in one.
 const LONGEST_STRIDE: usize = 16;
 
+/// Rate above which nothing near 1 need be looked for.
+const CLEARLY_UNSTABLE: f64 = 1.05;
+
 /// Accuracy of the cost of given gains, relative to the cost.
 const EVALUATION: f64 = 1e-14;
 
 impl InFlightRecursion<'_, '_> {
+    /// About the cost-to-go whose step takes `stage` off it, both packed.
+    fn alike(&self, stage: &[f64]) -> Vec<f64> {
+        match &self.alike {
+            Some(sums) => sums.of_packed(self.problem.dimensions.states, stage),
+            None => stage.to_vec(),
+        }
+    }
+
     /// Calls `work` with the linear map of THEORY 5, the step with the present gains and without stage cost, acting on
     /// packed costs-to-go.
     fn with_map<R>(&self, work: impl FnOnce(&mut dyn FnMut(&[f64], &mut [f64])) -> R) -> R {
@@ -127,12 +147,26 @@ impl Recursion for InFlightRecursion<'_, '_> {
     }
 
     fn rate(&self) -> f64 {
+        let Dimensions { states, length, default_input, .. } = self.problem.dimensions;
+        if self.synthesis.gains().iter().all(|gain| *gain == 0.0) && default_input == DefaultInput::Zero {
+            // Nothing is ever applied.
+            return radius(&widened(&DMatrix::from_row_slice(states, states, self.problem.a))).powi(2);
+        }
         // Start inside the cone of costs: x^T x, which every mode of the plant shows in.
-        let states = self.problem.dimensions.states;
-        let stride = (self.problem.dimensions.length / 4).clamp(1, LONGEST_STRIDE);
+        let stride = (length / 4).clamp(1, LONGEST_STRIDE);
         let mut start = vec![0.0; self.problem.dimensions.value_len()];
         start[..states * states].iter_mut().step_by(states + 1).for_each(|entry| *entry = 1.0);
-        self.with_map(|map| spectral_radius(&self.packing.pack(&start), [1, stride, stride], map))
+        let start = self.packing.pack(&start);
+        let (found, settled) = self.with_map(|map| settled_radius(&start, [1, stride, stride], map));
+        if (settled && self.alike.is_none()) || found > CLEARLY_UNSTABLE {
+            return found;
+        }
+        let near_one = largest_real_near_one(&start, |residual| {
+            self.with_map(|map| {
+                solve_like(residual, norm(residual), EVALUATION, |from| self.alike(from), map)
+            })
+        });
+        near_one.unwrap_or(found)
     }
 
     fn memory(&self) -> usize {
@@ -145,12 +179,25 @@ impl Recursion for InFlightRecursion<'_, '_> {
         self.synthesis.fixed_step();
         let after = self.packing.pack(self.synthesis.value());
         let residual: Vec<f64> = after.iter().zip(&before).map(|(after, before)| after - before).collect();
-        let correction = self.with_map(|map| solve_correction(&residual, norm(&after), EVALUATION, map));
+        let correction = self
+            .with_map(|map| solve_like(&residual, norm(&after), EVALUATION, |from| self.alike(from), map));
         let found = correction.is_some();
         let value = before.iter().zip(correction.unwrap_or(residual)).map(|(value, change)| value + change);
         let value: Vec<f64> = value.collect();
         self.packing.unpack(&value, self.synthesis.value_mut());
         found
+    }
+
+    /// A plant that decays is stabilised by sending zeros.
+    fn fall_back(&mut self) -> bool {
+        if self.decays {
+            self.synthesis.set_gains(&vec![0.0; self.synthesis.gains().len()]);
+        }
+        self.decays
+    }
+
+    fn gains(&self) -> Vec<f64> {
+        self.synthesis.gains().to_vec()
     }
 }
 
@@ -158,28 +205,60 @@ fn synthesis<'p, 'w>(problem: Problem<'p, f64>, workspace: &'w mut [f64]) -> Syn
     Synthesis::new(problem, workspace).expect("slices and workspace are made to the problem's dimensions")
 }
 
-pub(super) fn solve(problem: &LoopProblem) -> Solution {
+/// The start at its fixed point.
+pub(super) fn solve(start: &Start) -> Solution {
+    let problem = &start.problem;
     let flat = Flat::new(problem);
     let mut workspace = vec![0.0; flat.dimensions.workspace_len()];
     let mut recursion = InFlightRecursion {
         synthesis: flat.synthesis(&mut workspace),
         problem: flat.problem(),
         packing: Packing::new(&flat.dimensions),
+        alike: start
+            .free
+            .as_ref()
+            .and_then(|free| Sums::of(&(&problem.a + &problem.b * &free.gain), free.radius)),
+        decays: stability::open_loop_modulus(&problem.a) < 1.0
+            && (problem.default_input == DefaultInput::Zero || !stability::runs_dry(problem)),
     };
-    recursion.synthesis.restart(&flat.q);
-    let ending = iterate(&mut recursion, problem.stage_cost_scale(), stability::runs_dry(problem));
+    recursion.synthesis.restart(start.cost_to_go().as_slice());
+    let free = start.free.as_ref().filter(|_| problem.is_network_free());
+    let ending = match free {
+        // Already there: the step says how well the solution fits its equation.
+        Some(free) => Ending {
+            outcome: Outcome::Converged,
+            iterations: 1,
+            policy_iterations: 0,
+            residual: recursion.step(),
+            mean_square_rate: free.radius.powi(2),
+            gain_error: free.error,
+        },
+        None => iterate(&mut recursion, start.cost_scale(), stability::runs_dry(problem)),
+    };
 
-    let states = flat.dimensions.states;
-    let law = Law::from_gains(problem, recursion.synthesis.gains(), problem.arrival_table());
+    let (states, inputs) = (flat.dimensions.states, flat.dimensions.inputs);
+    let mut law = Law::from_gains(problem, recursion.synthesis.gains(), problem.arrival_table());
+    let mut cost_to_go = DMatrix::from_row_slice(states, states, recursion.synthesis.cost_to_go());
+    let mut value = recursion.synthesis.value().to_vec();
+    if let Some(free) = free {
+        // To the last digit, which a step in `f64` need not keep. Nothing else is ever applied.
+        law.lx.fill(0.0);
+        law.m.fill(0.0);
+        law.lx.rows_mut(0, inputs).copy_from(&free.gain);
+        value.fill(0.0);
+        value[..states * states].copy_from_slice(free.cost_to_go.as_slice());
+        cost_to_go = free.cost_to_go.clone();
+    }
     Solution {
         outcome: ending.outcome,
         iterations: ending.iterations,
         policy_iterations: ending.policy_iterations,
         residual: ending.residual,
         mean_square_rate: ending.mean_square_rate,
+        gain_error: ending.gain_error,
         coupled_gains: None,
-        value: Some(recursion.synthesis.value().to_vec()),
+        value: Some(value),
         law,
-        cost_to_go: DMatrix::from_row_slice(states, states, recursion.synthesis.cost_to_go()),
+        cost_to_go,
     }
 }

@@ -28,6 +28,10 @@ pub(super) trait Recursion {
     fn rate(&self) -> f64;
     /// Replaces the cost-to-go by that of keeping the gains of the last step for ever; false if it cannot.
     fn evaluate(&mut self) -> bool;
+    /// The gains of the last step, in any order.
+    fn gains(&self) -> Vec<f64>;
+    /// Takes gains that are known to stabilise the loop instead of those of the last step; false if none are known.
+    fn fall_back(&mut self) -> bool;
     /// Steps after which what is in flight is forgotten: so many make its part of the cost-to-go as accurate as the
     /// state's, however small it is.
     fn memory(&self) -> usize;
@@ -40,10 +44,20 @@ pub(super) struct Ending {
     pub(super) policy_iterations: usize,
     pub(super) residual: f64,
     pub(super) mean_square_rate: f64,
+    /// How far the gains may be from those of the fixed point, relative to the largest; infinite unless converged.
+    pub(super) gain_error: f64,
 }
 
 /// Relative residual at which the fixed point counts as reached.
 const RESIDUAL: f64 = 1e-13;
+/// Part of the cost that may still be missing where the residual is that small; what is more is found in one piece.
+const TO_COME: f64 = 1e-12;
+/// Times that this is done.
+const MOST_POLISHED: usize = 2;
+/// Rate from which the error of the gains is measured by what is still to come in one piece, not estimated.
+const SLOW: f64 = 0.999;
+/// Rounding of a step, relative to the gains.
+const ROUNDING: f64 = 8.0 * f64::EPSILON;
 /// Residual that counts when rounding lets it fall no further.
 const ROUNDING_FLOOR: f64 = 1e-11;
 /// Iterations without a smaller residual after which it is at its floor.
@@ -52,12 +66,12 @@ const PATIENCE: usize = 64;
 const OUTGROWN: f64 = 1e14;
 /// The same where a necessary condition for stability is already known to fail.
 const OUTGROWN_WHEN_DOOMED: f64 = 1e6;
-/// First iteration at which the rate is looked at; then at every doubling.
-const FIRST_LOOK: usize = 128;
+/// First iteration at which it is foreseen how many are to come; then at every doubling.
+const FIRST_LOOK: usize = 16;
 /// Iterations between looks where a necessary condition is known to fail.
 const LOOK_WHEN_DOOMED: usize = 16;
-/// Value steps still needed that make policy iteration worth while.
-const WORTH_WHILE: f64 = 200.0;
+/// Value steps still needed that make it worth while to look at the rate, and policy iteration if that is below 1.
+const WORTH_WHILE: f64 = 100.0;
 /// Policy iterations allowed; they converge quadratically or not at all.
 const MOST_POLICY: usize = 30;
 /// Policy iterations that may gain nothing.
@@ -81,12 +95,16 @@ pub(super) fn iterate(recursion: &mut impl Recursion, scale: f64, doomed: bool) 
     };
     let mut smallest = f64::INFINITY;
     let mut stalled = 0;
+    let mut polished = 0;
+    // The residual halfway to the next look.
+    let mut halfway = f64::INFINITY;
     let mut ending = Ending {
         outcome: Outcome::Undecided,
         iterations: 0,
         policy_iterations: 0,
         residual: f64::INFINITY,
         mean_square_rate: f64::INFINITY,
+        gain_error: f64::INFINITY,
     };
     while ending.iterations < MOST {
         policy.improve(recursion, ending.residual);
@@ -101,28 +119,62 @@ pub(super) fn iterate(recursion: &mut impl Recursion, scale: f64, doomed: bool) 
             ending.mean_square_rate = recursion.rate();
             // A cost that does not see an unstable mode converges and stabilises nothing.
             let stabilised = ending.mean_square_rate < 1.0;
+            let to_come = residual / (1.0 - ending.mean_square_rate);
+            if stabilised && to_come > TO_COME && polished < MOST_POLISHED && recursion.evaluate() {
+                polished += 1;
+                continue;
+            }
             ending.outcome = if stabilised { Outcome::Converged } else { Outcome::Unstable };
+            if stabilised {
+                ending.gain_error = gain_error(recursion, ending.mean_square_rate);
+            }
             return ending;
         }
         if !recursion.size().is_finite() {
             ending.outcome = Outcome::Unstable;
             return ending;
         }
-        if !stable && ending.iterations == look {
-            let rate = recursion.rate();
-            stable = rate < 1.0;
-            policy.active = stable && (RESIDUAL / residual).ln() / rate.ln() > WORTH_WHILE;
-            if !stable && recursion.size() > outgrown {
-                ending.outcome = Outcome::Unstable;
-                ending.mean_square_rate = rate;
-                return ending;
+        let due = look.max(recursion.memory());
+        if ending.iterations == due / 2 {
+            halfway = residual;
+        }
+        if !stable && ending.iterations == due {
+            if doomed || value_steps_to_come(residual, halfway, due - due / 2) > WORTH_WHILE {
+                let rate = recursion.rate();
+                stable = rate < 1.0 || recursion.fall_back();
+                policy.active = stable;
+                if !stable && recursion.size() > outgrown {
+                    ending.outcome = Outcome::Unstable;
+                    ending.mean_square_rate = rate;
+                    return ending;
+                }
             }
             // A doomed iteration need not run for twice as long as it takes to show it.
-            look += if doomed { LOOK_WHEN_DOOMED } else { look };
+            look = due + if doomed { LOOK_WHEN_DOOMED } else { due };
         }
     }
     ending.mean_square_rate = recursion.rate();
     ending
+}
+
+/// Value steps until the residual has fallen far enough, if it goes on as it did over the last `steps` of them.
+fn value_steps_to_come(residual: f64, before: f64, steps: usize) -> f64 {
+    let shrinks = (residual / before).ln() / steps as f64;
+    if before.is_finite() && shrinks < 0.0 { (RESIDUAL / residual).ln() / shrinks } else { f64::INFINITY }
+}
+
+/// What is still to come of a change that shrinks by `rate` a step: of the last one, and of what a step's rounding adds
+/// up to. Where the loop forgets slowly the change is found in one piece.
+fn gain_error(recursion: &mut impl Recursion, rate: f64) -> f64 {
+    let before = recursion.gains();
+    let in_one_piece = rate > SLOW && recursion.evaluate();
+    recursion.step();
+    let after = recursion.gains();
+    let largest = after.iter().fold(0.0_f64, |largest, gain| largest.max(gain.abs()));
+    let change = after.iter().zip(&before).fold(0.0_f64, |change, (new, old)| change.max((new - old).abs()));
+    let relative = if largest > 0.0 { change / largest } else { 0.0 };
+    let to_come = if in_one_piece { relative } else { relative / (1.0 - rate) };
+    to_come.max(ROUNDING / (1.0 - rate))
 }
 
 /// Policy iteration: whether it is on, and how it gets along.

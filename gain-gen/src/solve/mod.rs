@@ -13,10 +13,14 @@
 //! | `tracking` | what a reference adds: preview gains, set points, the feedforward of a task |
 //! | `trigger` | what sending a packet is worth, as tables |
 //! | `rollout` | the same worth from the thesis' matrices for one history of decisions: the reference |
+//! | `network_free` | the problem without its network, to the last digit: where both recursions start |
+//! | `coordinates` | units that come from the data, in which everything is computed |
 //! | `iterate` | when an iteration has converged, and when it never will; the same for both |
 //! | `krylov` | Arnoldi's process, on which the next two stand |
 //! | `spectral` | spectral radius of a linear map: the mean-square rate |
+//! | `radius` | spectral radius of a matrix, to the last digits |
 //! | `evaluation` | fixed point of an affine map: the cost of given gains |
+//! | `sums` | the same for a loop that is a single matrix |
 //! | `packing` | the independent numbers of a cost-to-go |
 //! | `age_chain` | the transition matrix of the actuator's age |
 //! | `mode_chain` | what the controller may know of the network: ages, and states of a channel |
@@ -28,6 +32,7 @@ mod age_chain;
 mod channel_in_flight;
 mod channel_law;
 mod closed_loop;
+mod coordinates;
 mod correlated;
 mod coupled;
 mod evaluation;
@@ -38,14 +43,19 @@ mod krylov;
 mod law;
 mod mode_chain;
 mod modes;
+mod network_free;
 mod packing;
+mod radius;
 mod rollout;
 mod spectral;
+mod sums;
 mod tracking;
 mod trigger;
 
 use crate::design::{DelayDistribution, Design};
+use coordinates::Coordinates;
 use nalgebra::DMatrix;
+use network_free::{NetworkFree, network_free};
 use slqg::{DefaultInput, arrival};
 use std::borrow::Cow;
 
@@ -63,7 +73,6 @@ pub use law::{Law, mode_weights};
 pub use mode_chain::{ModeChain, TooManyModes};
 pub(crate) use modes::{Mode, modes};
 pub use rollout::{Rollout, Situation};
-pub(crate) use spectral::modulus;
 pub use tracking::{
     LONGEST_PREVIEW, PreviewGains, PreviewTooLong, Tracked, TrackedTask, preview_gains, set_point_gains,
 };
@@ -145,11 +154,9 @@ impl LoopProblem {
         table
     }
 
-    /// The scale below which a cost-to-go is still dominated by the stage cost: tr Q, and the cost at which input
-    /// weight and input effect balance.
-    fn stage_cost_scale(&self) -> f64 {
-        let effect = self.b.norm_squared().max(f64::MIN_POSITIVE);
-        self.q.trace() + self.r.trace() / effect
+    /// Whether every packet arrives in the cycle it was sent in.
+    fn is_network_free(&self) -> bool {
+        self.survival()[0] == 0.0
     }
 }
 
@@ -166,6 +173,9 @@ pub struct Solution {
     pub residual: f64,
     /// Spectral radius of the closed loop's second moments with these gains; below 1 iff mean-square stable. THEORY 5.
     pub mean_square_rate: f64,
+    /// How far the gains may be off, relative to the largest of their row: an estimate of the forward error for the plant
+    /// as given, no residual. Infinite for gains that have not converged.
+    pub gain_error: f64,
     /// The law in the in-flight form.
     pub law: Law,
     /// Gains per mode as the coupled recursion found them; the in-flight one needs none.
@@ -206,10 +216,54 @@ impl Solution {
     }
 }
 
-/// Solves by value iteration from `P = Q`.
+/// Solves in balanced coordinates, from the solution without a network where there is one.
 pub fn solve(problem: &LoopProblem, method: Method) -> Solution {
-    match method {
-        Method::InFlight => in_flight::solve(problem),
-        Method::Coupled => coupled::solve(problem),
+    let start = Start::of(problem);
+    let solution = match method {
+        Method::InFlight => in_flight::solve(&start),
+        Method::Coupled => coupled::solve(&start),
+    };
+    start.coordinates.restore(solution, &in_flight::dimensions(problem))
+}
+
+/// A problem made ready to be solved.
+pub(crate) struct Start {
+    /// Where `problem` is expressed.
+    coordinates: Coordinates,
+    /// The problem in these coordinates.
+    problem: LoopProblem,
+    /// Its solution without a network; `None` if there is none, or it was not found.
+    free: Option<NetworkFree>,
+}
+
+impl Start {
+    fn of(problem: &LoopProblem) -> Self {
+        let coordinates = Coordinates::of(problem);
+        let Some(free) = network_free(&coordinates.express(problem)) else {
+            return Self { problem: coordinates.express(problem), coordinates, free: None };
+        };
+        // Now that it is known what a state costs, units in which all cost the same.
+        let by_cost = coordinates.clone().by_cost(&free.cost_to_go);
+        let free = free.in_units(&by_cost.relative_to(&coordinates));
+        Self { problem: by_cost.express(problem), coordinates: by_cost, free: Some(free) }
+    }
+
+    /// The same in the units of the problem itself, for results that are not to be restored.
+    fn in_given_units(problem: &LoopProblem) -> Self {
+        let Self { coordinates, free, .. } = Self::of(problem);
+        let given = Coordinates::given(problem);
+        let units = given.relative_to(&coordinates);
+        Self { free: free.map(|free| free.in_units(&units)), problem: problem.clone(), coordinates: given }
+    }
+
+    /// The cost-to-go of the state to start from, `nx x nx`: never above what the network makes of it.
+    fn cost_to_go(&self) -> &DMatrix<f64> {
+        self.free.as_ref().map_or(&self.problem.q, |free| &free.cost_to_go)
+    }
+
+    /// The scale below which a cost-to-go is still dominated by what there is without a network.
+    fn cost_scale(&self) -> f64 {
+        let effect = self.problem.b.norm_squared().max(f64::MIN_POSITIVE);
+        self.cost_to_go().trace() + self.problem.r.trace() / effect
     }
 }

@@ -4,7 +4,7 @@
 //! It is what [`slqg::event`] is checked against, and shares nothing with it but the rank-revealing solve.
 
 use super::{
-    LoopProblem,
+    LoopProblem, Start,
     coupled::{CoupledRecursion, settle},
     iterate::Recursion,
 };
@@ -33,7 +33,7 @@ pub struct Situation {
 impl<'p> Rollout<'p> {
     /// Solves the coupled recursion; `None` unless it converges.
     pub fn new(problem: &'p LoopProblem) -> Option<Self> {
-        let (recursion, ending) = settle(problem);
+        let (recursion, ending) = settle(&Start::in_given_units(problem));
         (ending.outcome == super::Outcome::Converged)
             .then_some(Self { problem, always: recursion.cost_to_go })
     }

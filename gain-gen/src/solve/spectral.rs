@@ -18,6 +18,12 @@ const FILTER: usize = 48;
 const SETTLED: [f64; SPACES] = [1e-12, 1e-10, 1e-6];
 /// Looks in a row at which nothing may have changed.
 const LOOKS: usize = 2;
+/// Solutions taken for a largest real eigenvalue, at most.
+const RESOLVENT: usize = 40;
+/// Part of a number that its imaginary part may be by rounding.
+const REAL: f64 = 1e-6;
+/// Change of an eigenvalue, relative to its distance from 1, that counts as none.
+const RESOLVED: f64 = 1e-7;
 /// Spaces built, each from the direction that dominates the one before.
 pub(super) const SPACES: usize = 3;
 
@@ -29,8 +35,17 @@ pub(super) const SPACES: usize = 3;
 pub(super) fn spectral_radius(
     start: &[f64],
     strides: [usize; SPACES],
-    mut apply: impl FnMut(&[f64], &mut [f64]),
+    apply: impl FnMut(&[f64], &mut [f64]),
 ) -> f64 {
+    settled_radius(start, strides, apply).0
+}
+
+/// The same, and whether it has settled.
+pub(super) fn settled_radius(
+    start: &[f64],
+    strides: [usize; SPACES],
+    mut apply: impl FnMut(&[f64], &mut [f64]),
+) -> (f64, bool) {
     let mut start = filtered(start, FILTER, &mut apply);
     let mut between = vec![0.0; start.len()];
     let mut radius = 0.0;
@@ -46,10 +61,45 @@ pub(super) fn spectral_radius(
         radius = found.powf(1.0 / stride as f64);
         match dominant {
             Some(direction) => start = direction,
-            None => break,
+            None => return (radius, true),
         }
     }
-    radius
+    (radius, false)
+}
+
+/// The largest real eigenvalue near 1 of a map of which `solved` gives the solution `x` of `x = T x + r`: one of
+/// `1 - 1 / theta` over the eigenvalues of the map from `r` to `x`. `None` if none settles.
+///
+/// What is asked of a cone-preserving map whose eigenvalues crowd at the unit circle with all phases: its radius is an
+/// eigenvalue, and among all of them the one that stands out here.
+pub(super) fn largest_real_near_one(
+    start: &[f64],
+    mut solved: impl FnMut(&[f64]) -> Option<Vec<f64>>,
+) -> Option<f64> {
+    let mut space = Krylov::new(start, RESOLVENT.min(start.len()))?;
+    let mut last = f64::NAN;
+    let mut settled = 0;
+    while space.can_grow() {
+        let mut failed = false;
+        space.grow(|from, to| match solved(from) {
+            Some(solution) => to.copy_from_slice(&solution),
+            None => failed = true,
+        });
+        if failed {
+            return None;
+        }
+        let values = modes::computed_eigenvalues(&space.projected().into_owned())?;
+        let real = values.iter().filter(|theta| theta.im.abs() <= REAL * theta.norm() && theta.norm() > 0.0);
+        let found = real.map(|theta| 1.0 - theta.re.recip()).filter(|value| (value - 1.0).abs() < 1.0);
+        let found = found.fold(f64::NAN, f64::max);
+        settled = if (found - last).abs() <= RESOLVED * (1.0 - found).abs() { settled + 1 } else { 0 };
+        last = found;
+        if settled >= LOOKS {
+            return Some(found);
+        }
+    }
+    // An invariant space has it exactly.
+    (!last.is_nan() && space.dimension() < RESOLVENT).then_some(last)
 }
 
 /// The radius as one space shows it, and unless it has settled there the direction to go on from.
@@ -116,8 +166,8 @@ fn dominant(projected: &DMatrix<f64>, radius: f64) -> Vec<f64> {
 }
 
 /// Largest modulus of the eigenvalues of a square matrix; `None` if the iteration for them does not converge.
-pub(crate) fn modulus(matrix: &DMatrix<f64>) -> Option<f64> {
-    Some(modes::eigenvalues(matrix)?.iter().map(|value| value.norm()).fold(0.0, f64::max))
+fn modulus(matrix: &DMatrix<f64>) -> Option<f64> {
+    Some(modes::computed_eigenvalues(matrix)?.iter().map(|value| value.norm()).fold(0.0, f64::max))
 }
 
 #[cfg(test)]

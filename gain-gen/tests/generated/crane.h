@@ -65,7 +65,7 @@ extern "C" {
 /* Which design this is, as in blobs. */
 #define CRANE_DESIGN_ID 0xccc7a4e2u
 /* The same number in header and source tells that they were generated together. */
-#define CRANE_GENERATED 0xfece01b2u
+#define CRANE_GENERATED 0x87d998edu
 
 /* A sequence as it was sent. */
 typedef struct {

@@ -54,6 +54,8 @@ pub(crate) struct Document<'r> {
     n_v: usize,
     /// Of the iterations, those that began with the exact cost of the gains before.
     policy_iterations: usize,
+    /// Estimated error of the gains relative to the largest; null unless converged.
+    gain_error: Option<f64>,
     estimation: EstimationFigures,
     /// Of a length that was chosen; null where it was given.
     length_tolerance: Option<f64>,
@@ -144,6 +146,7 @@ impl<'r> Document<'r> {
             failed_conditions: report.failed_conditions.iter().map(FailedCondition::to_string).collect(),
             n_v: report.in_flight(),
             policy_iterations: solution.policy_iterations,
+            gain_error: solution.gain_error.is_finite().then_some(solution.gain_error),
             estimation: EstimationFigures {
                 q_arr: report.estimation.arrival,
                 q_crit: report.estimation.critical,

@@ -13,6 +13,8 @@ use crate::solve::Outcome;
 use core::fmt::{self, Display, Formatter};
 use nalgebra::DMatrix;
 
+/// Error of the gains up to which it need not worry anybody.
+const GOOD_GAINS: f64 = 1e-8;
 /// Most rows and columns of a gain that still fit on the screen with the rest.
 const SMALL: (usize, usize) = (10, 6);
 
@@ -147,6 +149,15 @@ impl Report {
             after = format!("{after}, {} of them policy iterations", solution.policy_iterations);
         }
         line(f, "recursion", format!("{}: {how} after {after}, residual {residual}", self.method.name()))?;
+        if converged {
+            let error = solution.gain_error;
+            let told = if error <= GOOD_GAINS { "of the largest" } else { "of the largest: MORE THAN 1e-8" };
+            line(
+                f,
+                "gains",
+                format!("good to {:<12}{told}, for the plant as given", format!("{error:.0e}")),
+            )?;
+        }
         let length = |n: Option<usize>| n.map_or("none".into(), |n| n.to_string());
         let (n_min, n_crit) = (length(self.n_min), length(self.n_crit));
         line(f, "N_min", format!("{n_min:<12}shortest length that Theorem 3.4 b) does not rule out"))?;

@@ -1,0 +1,117 @@
+//! Coordinates in which a problem is solved: states of equal cost, inputs of equal price.
+//!
+//! They come from the data, by [`crate::balance`], so that no verdict and no gain depends on the units of the design.
+//! All of them are powers of two: going there and back is exact.
+
+use super::{LoopProblem, Solution};
+use crate::balance::{power_of_two, state_units};
+use nalgebra::DMatrix;
+use slqg::synthesis::Dimensions;
+
+/// `x = D z`, `u = E w`, and costs in units of `R` in these inputs.
+#[derive(Debug, Clone)]
+pub(super) struct Coordinates {
+    states: Vec<f64>,
+    inputs: Vec<f64>,
+}
+
+impl Coordinates {
+    /// Those in which the problem is given.
+    pub(super) fn given(problem: &LoopProblem) -> Self {
+        Self { states: vec![1.0; problem.a.nrows()], inputs: vec![1.0; problem.b.ncols()] }
+    }
+
+    /// Balanced over transitions, inputs and weights.
+    pub(super) fn of(problem: &LoopProblem) -> Self {
+        let inputs: Vec<f64> =
+            problem.r.diagonal().iter().map(|&price| power_of_two(price.sqrt().recip())).collect();
+        let inflow = DMatrix::from_fn(problem.b.nrows(), inputs.len(), |i, j| problem.b[(i, j)] * inputs[j]);
+        let weights = problem.q.diagonal().map(|weight| weight.max(0.0).sqrt());
+        let states = state_units(&problem.a, &inflow, &DMatrix::from_diagonal(&weights));
+        Self { states, inputs }
+    }
+
+    /// The same with states measured by what they cost: `cost`, `nx x nx`, has a diagonal near 1 then. A state that
+    /// costs nothing keeps its unit.
+    pub(super) fn by_cost(mut self, cost: &DMatrix<f64>) -> Self {
+        for (unit, cost) in self.states.iter_mut().zip(cost.diagonal().iter()) {
+            if *cost > 0.0 && cost.is_finite() {
+                *unit *= power_of_two(cost.sqrt().recip());
+            }
+        }
+        self
+    }
+
+    /// Units of the states here, in those of the states in `other`.
+    pub(super) fn relative_to(&self, other: &Self) -> Vec<f64> {
+        self.states.iter().zip(&other.states).map(|(unit, other)| unit / other).collect()
+    }
+
+    /// The problem in these coordinates.
+    pub(super) fn express(&self, problem: &LoopProblem) -> LoopProblem {
+        let (d, e) = (&self.states, &self.inputs);
+        let scaled = |matrix: &DMatrix<f64>, rows: &dyn Fn(usize) -> f64, columns: &[f64]| {
+            DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |i, j| matrix[(i, j)] * rows(i) * columns[j])
+        };
+        LoopProblem {
+            a: scaled(&problem.a, &|i| d[i].recip(), d),
+            b: scaled(&problem.b, &|i| d[i].recip(), e),
+            q: scaled(&problem.q, &|i| d[i], d),
+            r: scaled(&problem.r, &|i| e[i], e),
+            ..problem.clone()
+        }
+    }
+
+    /// A cost over these states, `nx x nx`, as one over the design's.
+    fn cost(&self, cost: &DMatrix<f64>) -> DMatrix<f64> {
+        let d = &self.states;
+        DMatrix::from_fn(d.len(), d.len(), |i, j| cost[(i, j)] / d[i] / d[j])
+    }
+
+    /// A solution for these coordinates as one for the design's.
+    pub(super) fn restore(&self, mut solution: Solution, dimensions: &Dimensions) -> Solution {
+        let (d, e) = (&self.states, &self.inputs);
+        let nu = e.len();
+        let input = |stacked: usize| e[stacked % nu];
+        for (i, j) in grid(&solution.law.lx) {
+            solution.law.lx[(i, j)] *= input(i) / d[j];
+        }
+        for (i, j) in grid(&solution.law.m) {
+            solution.law.m[(i, j)] *= input(i) / input(j);
+        }
+        for gain in solution.coupled_gains.iter_mut().flatten() {
+            for (i, j) in grid(gain) {
+                gain[(i, j)] *= input(i) / if j < d.len() { d[j] } else { input(j - d.len()) };
+            }
+        }
+        solution.cost_to_go = self.cost(&solution.cost_to_go);
+        if let Some(value) = &mut solution.value {
+            self.restore_value(value, dimensions);
+        }
+        solution
+    }
+
+    /// `(P, S, Y, N_t)` as the core lays them out.
+    fn restore_value(&self, value: &mut [f64], dimensions: &Dimensions) {
+        let (d, e) = (&self.states, &self.inputs);
+        let (nx, v) = (d.len(), dimensions.in_flight_rows());
+        let input = |stacked: usize| e[stacked % e.len()];
+        let (p, rest) = value.split_at_mut(nx * nx);
+        let (s, squares) = rest.split_at_mut(nx * v);
+        for (at, entry) in p.iter_mut().enumerate() {
+            *entry = *entry / d[at / nx] / d[at % nx];
+        }
+        for (at, entry) in s.iter_mut().enumerate() {
+            *entry = *entry / d[at / v] / input(at % v);
+        }
+        for (at, entry) in squares.iter_mut().enumerate() {
+            *entry = *entry / input(at / v % v) / input(at % v);
+        }
+    }
+}
+
+/// Every place of a matrix.
+fn grid(matrix: &DMatrix<f64>) -> impl Iterator<Item = (usize, usize)> + use<> {
+    let (rows, columns) = matrix.shape();
+    (0..columns).flat_map(move |j| (0..rows).map(move |i| (i, j)))
+}

@@ -1,0 +1,56 @@
+//! Costs of a loop that is a single matrix: `X = F' X F + C`, by doubling the number of terms of its series.
+
+use nalgebra::DMatrix;
+
+/// Radius above which plain iteration takes too long for a loop to be worth its powers.
+const SLOW: f64 = 0.95;
+/// Squarings after which a sum of powers below 1 has converged: 2^64 terms.
+const SQUARINGS: usize = 64;
+
+/// The powers `F, F^2, F^4, ..` until nothing is left of them, `nx x nx` each.
+pub(super) struct Sums {
+    powers: Vec<DMatrix<f64>>,
+}
+
+impl Sums {
+    /// Of a loop with this spectral radius; `None` for one that forgets quickly.
+    pub(super) fn of(closed: &DMatrix<f64>, radius: f64) -> Option<Self> {
+        if radius <= SLOW {
+            return None;
+        }
+        let mut powers = vec![closed.clone()];
+        while powers.len() < SQUARINGS {
+            let last = &powers[powers.len() - 1];
+            let next = last * last;
+            if !next.iter().all(|entry| entry.is_finite()) || next.amax() <= f64::EPSILON * closed.amax() {
+                break;
+            }
+            powers.push(next);
+        }
+        Some(Self { powers })
+    }
+
+    /// `X` for a symmetric `C`.
+    fn total(&self, stage: DMatrix<f64>) -> DMatrix<f64> {
+        self.powers.iter().fold(stage, |sum, power| {
+            let more = power.tr_mul(&(&sum * power));
+            sum + more
+        })
+    }
+
+    /// The same for a packed cost-to-go, which begins with the upper triangle of `C` by rows; the rest stays as it is.
+    pub(super) fn of_packed(&self, states: usize, packed: &[f64]) -> Vec<f64> {
+        let mut result = packed.to_vec();
+        let mut stage = DMatrix::zeros(states, states);
+        let triangle = || (0..states).flat_map(|row| (row..states).map(move |column| (row, column)));
+        for ((row, column), entry) in triangle().zip(packed) {
+            stage[(row, column)] = *entry;
+            stage[(column, row)] = *entry;
+        }
+        let total = self.total(stage);
+        for ((row, column), entry) in triangle().zip(&mut result) {
+            *entry = 0.5 * (total[(row, column)] + total[(column, row)]);
+        }
+        result
+    }
+}
