@@ -5,6 +5,7 @@
 //! | `SLQG_DESIGN` | the design file, from the root of the workspace | `designs/pendulum.toml` |
 //! | `SLQG_SEQUENCE_LENGTH` | inputs per sequence | as in the design |
 //! | `SLQG_DEFAULT_INPUT` | `zero` or `hold` | as in the design |
+//! | `SLQG_ACCEPT_UNDECIDED_STABILITY` | 1: a loop whose stability is undecided is built, too | it is refused |
 //! | `SLQG_SLICES` | slices of a solution that a controller that tunes itself does in a cycle | 4 |
 //! | `DEFMT_LOG` | least level of messages that are kept | `info` |
 //! | `SLQG_BOARD` | a folder of `boards/`, or `other`: the program for the board is another crate's | by the target |
@@ -60,6 +61,10 @@ fn compile_design() {
             "hold" => DefaultInput::Hold,
             _ => panic!("SLQG_DEFAULT_INPUT: found {name:?}; give zero or hold"),
         });
+    }
+    if let Some(answer) = variable("SLQG_ACCEPT_UNDECIDED_STABILITY") {
+        assert!(answer == "1", "SLQG_ACCEPT_UNDECIDED_STABILITY: found {answer:?}; give 1, or leave it out");
+        compile = compile.accept_undecided_stability();
     }
     let source = fs::read_to_string(compile.run()).expect("just written");
     let design = Design::load(&path).unwrap_or_else(|error| panic!("{error}"));

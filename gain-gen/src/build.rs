@@ -57,7 +57,7 @@ pub enum CompileError {
         /// Why.
         reason: NoTask,
     },
-    /// The loop cannot be stabilised, or its numbers do not fit the device.
+    /// The loop is not shown to be stable, or its numbers do not fit the device.
     #[error("{}: {reason}", design.display())]
     Emit {
         /// The design file.
@@ -96,6 +96,7 @@ pub struct Compile {
     default_input: Option<DefaultInput>,
     horizon: Option<usize>,
     name: Option<String>,
+    accepts_undecided_stability: bool,
 }
 
 impl Compile {
@@ -107,6 +108,7 @@ impl Compile {
             default_input: None,
             horizon: None,
             name: None,
+            accepts_undecided_stability: false,
         }
     }
 
@@ -130,12 +132,19 @@ impl Compile {
         Self { name: Some(name.into()), ..self }
     }
 
+    /// Compiles the design although its stability is undecided, as it is for instance with late acknowledgements or with input
+    /// limits on an unstable plant. The source says so, and which condition is not shown. An unstable loop is refused all
+    /// the same.
+    pub fn accept_undecided_stability(self) -> Self {
+        Self { accepts_undecided_stability: true, ..self }
+    }
+
     /// Compiles the design, relative to the package's folder, to a source in `OUT_DIR`, and returns its path.
     ///
     /// Tells cargo to run the build script again when the design changes.
     ///
     /// # Panics
-    /// On a design that is wrong or cannot be stabilised, with the message for whoever wrote it, and outside of a
+    /// On a design that is wrong or not shown to be stable, with the message for whoever wrote it, and outside of a
     /// build script.
     pub fn run(self) -> PathBuf {
         let folder = |name: &str| {
@@ -151,13 +160,16 @@ impl Compile {
     /// Compiles the design to a source in `folder`, and returns its path.
     ///
     /// # Errors
-    /// The design is wrong, cannot be stabilised or does not fit the device's scalar, what was asked for is not
+    /// The design is wrong, is not shown to be stable or does not fit the device's scalar, what was asked for is not
     /// possible, or `folder` cannot be written. A source that was there before is as it was.
     pub fn run_into(&self, folder: &Path) -> Result<PathBuf, CompileError> {
         let name = self.file_name()?;
         self.within("sequence_length", "inputs", self.sequence_length, LONGEST_SEQUENCE)?;
         self.within("horizon", "cycles", self.horizon, LONGEST_TASK)?;
         let mut report = Report::new(&self.changed()?, Method::InFlight);
+        if self.accepts_undecided_stability {
+            report.accept_undecided_stability();
+        }
         if let Some(cycles) = self.horizon {
             let no_task = |reason| CompileError::NoTask { design: self.design.clone(), reason };
             report.find_task(cycles).map_err(no_task)?;

@@ -10,6 +10,27 @@ use slqg::DefaultInput;
 /// Lengths tried beyond the design's own when looking for one that stabilises.
 const LENGTHS_BEYOND: usize = 16;
 
+/// What a plant does that is left alone, by the largest modulus of its eigenvalues.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Growth {
+    /// Below 1: every state fades.
+    Decays,
+    /// 1 within rounding: an integrator, or an oscillation without damping.
+    OnTheLimit,
+    /// Above 1: some state grows without bound.
+    Grows,
+}
+
+/// What the plant does that is left alone. Everything that asks whether a plant is stable asks here.
+pub fn growth(plant: &Plant) -> Growth {
+    match open_loop_modulus(&plant.a) {
+        modulus if modulus < 1.0 => Growth::Decays,
+        modulus if modulus > 1.0 => Growth::Grows,
+        // Rounded to 1 where it cannot be told from it.
+        _ => Growth::OnTheLimit,
+    }
+}
+
 /// Largest modulus of the eigenvalues of `A`; exactly 1 where rounding cannot tell it from 1.
 pub fn open_loop_modulus(a: &DMatrix<f64>) -> f64 {
     // A design whose eigenvalues cannot be computed is refused when it is read; for others, the safe side.
@@ -59,7 +80,13 @@ pub fn critical_length(problem: &LoopProblem, own: &Solution) -> Option<usize> {
 
 /// Theorem 3.4 a): whether so few measurements arrive within the buffer that no filter can follow the plant.
 pub fn loses_sight(plant: &Plant, link: &DelayDistribution, measurement_buffer: usize) -> bool {
-    sight_growth(plant, link, measurement_buffer) >= 1.0 && open_loop_modulus(&plant.a) >= 1.0
+    let loss = (1.0 - link.arrival(measurement_buffer)).max(0.0);
+    match growth(plant) {
+        Growth::Decays => false,
+        // All of them lost, but for rounding in the modulus.
+        Growth::OnTheLimit => loss >= 1.0,
+        Growth::Grows => sight_growth(plant, link, measurement_buffer) >= 1.0,
+    }
 }
 
 /// `(1 - q_arr) |lambda_max(A)|^2`: growth of the error covariance between measurements. Theorem 3.4 a).

@@ -22,6 +22,9 @@ pub(crate) struct Options {
     /// What the actuator does when its buffer has run out, instead of the design's: zero or hold
     #[arg(long, requires = "design")]
     pub(crate) default_input: Option<String>,
+    /// Build a loop whose stability is undecided, too
+    #[arg(long, requires = "design")]
+    pub(crate) accept_undecided_stability: bool,
     /// Also build the controller that solves its own gains
     #[arg(long, requires = "design")]
     pub(crate) tuning: bool,
@@ -83,6 +86,9 @@ pub(crate) fn build(workspace: &Workspace, options: &Options) -> Result<Built> {
     }
     if let Some(default_input) = &options.default_input {
         command.env("SLQG_DEFAULT_INPUT", default_input);
+    }
+    if options.accept_undecided_stability {
+        command.env("SLQG_ACCEPT_UNDECIDED_STABILITY", "1");
     }
     // Messages are for messages: whoever calls reads the paths.
     eprintln!("building the nodes with {}", toolchain.description());

@@ -78,6 +78,7 @@ pub(crate) fn pil(workspace: &Workspace) -> Result<()> {
             default_input: run.holds.then(|| "hold".to_owned()),
             tuning: false,
             slices: None,
+            accept_undecided_stability: true,
             board: Board::Mps2An386,
         };
         let images = Images::build(workspace, &options)?;
@@ -112,6 +113,7 @@ pub(crate) fn check(workspace: &Workspace) -> Result<()> {
             // The controller that tunes itself beside the others; it does as many slices as `host-sim` expects.
             tuning: board == Board::Mps2An386,
             slices: None,
+            accept_undecided_stability: false,
             board,
         };
         let images = Images::build(workspace, &options)?;

@@ -1,6 +1,6 @@
 //! The command line: what can be asked, where answers go, and what the exit status says.
 //!
-//! Status 0: done. 2: the input is wrong. 3: the loop cannot be stabilised. Answers go to stdout or into the
+//! Status 0: done. 2: the input is wrong. 3: the loop is not stable, or not shown to be. Answers go to stdout or into the
 //! file named, everything else to stderr.
 //!
 //! The words themselves, with their help, are in `options`.
@@ -70,7 +70,9 @@ pub(crate) fn run() -> ExitCode {
         Command::Sweep { design, lengths, default_input, json, plot } => {
             sweep(&design, &lengths, default_input, json, plot.as_deref())
         }
-        Command::Emit { source, to, horizon, output } => emit(&source, to, horizon, &output),
+        Command::Emit { source, to, horizon, output, accept_undecided_stability } => {
+            emit(&source, to, horizon, &output, accept_undecided_stability)
+        }
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
@@ -151,7 +153,13 @@ fn sweep(
     Ok(solved(&design, Method::InFlight).require_stable()?)
 }
 
-fn emit(source: &Source, to: FormatName, horizon: Option<usize>, output: &Path) -> Result<(), Failure> {
+fn emit(
+    source: &Source,
+    to: FormatName,
+    horizon: Option<usize>,
+    output: &Path,
+    accepts_undecided: bool,
+) -> Result<(), Failure> {
     let output = match to {
         FormatName::Rust => Output::text(Format::Rust, output),
         FormatName::C => Output::c(output)?,
@@ -159,6 +167,9 @@ fn emit(source: &Source, to: FormatName, horizon: Option<usize>, output: &Path) 
         FormatName::Blob => Output::blob(output),
     };
     let mut report = solved(&source.load()?, Method::InFlight);
+    if accepts_undecided {
+        report.accept_undecided_stability();
+    }
     if let Some(cycles) = horizon {
         report.find_task(cycles)?;
     }

@@ -19,8 +19,8 @@ const HORIZONS: RangeInclusive<usize> = 1..=LONGEST_TASK;
 
 /// Optimal gains for control over links that lose and delay packets
 ///
-/// Exit status: 0 done; 2 the input is wrong, stderr says where and how to mend it; 3 the loop cannot be
-/// stabilised, stderr says which condition fails.
+/// Exit status: 0 done; 2 the input is wrong, stderr says where and how to mend it; 3 the loop is not stable, or not
+/// shown to be, stderr says which condition fails or is open.
 #[derive(Parser)]
 #[command(name = "gain-gen", version)]
 pub(super) struct Cli {
@@ -60,7 +60,7 @@ pub(super) enum Command {
     },
     /// Compare sequence lengths: stability, cost and size of the tables for each
     ///
-    /// The status is 0 if any of the lengths stabilises the loop.
+    /// The status is 0 if the loop is shown to be stable with any of the lengths.
     Sweep {
         /// Design file (TOML); its sequence length does not matter
         design: PathBuf,
@@ -79,7 +79,7 @@ pub(super) enum Command {
     },
     /// Write the gains, the plant and the settings of both nodes to a file
     ///
-    /// An existing file is replaced only by a complete new one; a design that cannot be stabilised writes nothing.
+    /// An existing file is replaced only by a complete new one; a loop that is not shown to be stable writes nothing.
     Emit {
         #[command(flatten)]
         source: Source,
@@ -95,6 +95,12 @@ pub(super) enum Command {
         /// File to write; for C the header, which ends in .h
         #[arg(long, value_name = "FILE")]
         output: PathBuf,
+        /// Write a loop whose stability is undecided, too; what is written says what is not shown
+        ///
+        /// Late or missing acknowledgements and input limits on an unstable plant leave it so. An unstable loop writes nothing
+        /// all the same.
+        #[arg(long)]
+        accept_undecided_stability: bool,
     },
 }
 

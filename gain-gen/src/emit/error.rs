@@ -1,7 +1,7 @@
 //! Why a design is not written.
 
 use crate::design::Misfit;
-use crate::report::NotStabilised;
+use crate::report::{NotStabilised, Verdict};
 use crate::solve::PreviewTooLong;
 use slqg::blob::EncodeError;
 
@@ -9,7 +9,7 @@ use slqg::blob::EncodeError;
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum EmitError {
     /// The loop is not shown to be stable.
-    #[error(transparent)]
+    #[error("{0}{advice}", advice = advice(.0))]
     NotStabilised(#[from] NotStabilised),
     /// The preview that the design asks for is too long.
     #[error(transparent)]
@@ -56,4 +56,15 @@ pub enum EmitError {
         /// What to do.
         advice: String,
     },
+}
+
+/// What lets an undecided loop through. Nothing does with an unstable one.
+fn advice(refused: &NotStabilised) -> &'static str {
+    match refused.verdict {
+        Verdict::Undecided => {
+            "\n  nothing is written unless that is accepted: --accept-undecided-stability, or in build scripts \
+             Compile::accept_undecided_stability"
+        }
+        Verdict::Stable | Verdict::Unstable => "",
+    }
 }

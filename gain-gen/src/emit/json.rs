@@ -1,6 +1,6 @@
 //! The gains as JSON: every field of the report, then the model and the settings of both nodes.
 
-use crate::report::{Document, ModeGains, Report, line_per_field, rows, scalar_name};
+use crate::report::{Document, ModeGains, Report, Verdict, line_per_field, rows, scalar_name};
 use serde::Serialize;
 
 /// Name of the format; a reader that does not find it has another kind of file.
@@ -16,6 +16,8 @@ struct Gains<'r> {
     report: Document<'r>,
     /// As [`super::design_id`], in hexadecimal.
     design_id: String,
+    /// Whether it was written although its `verdict` is not `stable`: `failed_conditions` says what is not shown.
+    accepted_undecided_stability: bool,
     /// In seconds.
     sample_time: f64,
     /// Scalar of the arithmetic on the device; the numbers here are not rounded to it.
@@ -46,6 +48,7 @@ pub(super) fn document(report: &Report) -> String {
         format_version: FORMAT_VERSION,
         report: Document::of(report, ModeGains::Small),
         design_id: super::design_id(&report.design).to_string(),
+        accepted_undecided_stability: report.task.is_none() && report.verdict() != Verdict::Stable,
         sample_time: plant.sample_time,
         scalar: scalar_name(settings.scalar),
         measurement_buffer: settings.measurement_buffer,

@@ -1,10 +1,10 @@
 //! A solved design as files: Rust or C source or bytes for the device, or JSON for anything else.
 //!
 //! What is written depends on the design and the name of the file alone: no date, no path, no name of a machine.
-//! Only stable loops and tasks of finite length are written, and files are replaced only by complete new ones.
+//! Only loops that are shown to be stable and tasks of finite length are written, others where that was accepted, and files are replaced only by complete new ones.
 //!
 //! One module per format (`rust`, `c`, `json`, `blob`); `error` says why nothing is written, `literal` spells numbers,
-//! `identity` says which design they belong to, `files` puts them on the disk.
+//! `standing` says what is proved of the loop, `identity` says which design they belong to, `files` puts them on the disk.
 
 mod blob;
 mod c;
@@ -14,6 +14,7 @@ mod identity;
 mod json;
 mod literal;
 mod rust;
+mod standing;
 
 pub use error::EmitError;
 pub use files::{File, WriteError, write, write_all};
@@ -34,7 +35,7 @@ pub enum Format {
 /// The text of `report` in `format`. `origin` is the name of the design file, without folders.
 ///
 /// # Errors
-/// The loop is not stable, or a number does not fit the device's scalar.
+/// The loop is not shown to be stable and that was not accepted, or a number does not fit the device's scalar.
 pub fn emit(report: &Report, origin: &str, format: Format) -> Result<String, EmitError> {
     writable(report)?;
     match format {
@@ -43,11 +44,11 @@ pub fn emit(report: &Report, origin: &str, format: Format) -> Result<String, Emi
     }
 }
 
-/// A loop that runs for ever must be stable and know its preview; a task that ends needs neither. Frames must fit either way.
+/// A loop that runs for ever must be shown to be stable, or accepted without, and know its preview; a task that ends needs neither. Frames must fit either way.
 fn writable(report: &Report) -> Result<(), EmitError> {
     report.design.misfit().map_or(Ok(()), Err)?;
     if report.task.is_none() {
-        report.require_stable()?;
+        report.require_emittable()?;
         report.require_preview()?;
     }
     Ok(())
@@ -103,7 +104,7 @@ impl<'p> Output<'p> {
     /// The files for `report`, to be written together. `origin` is the name of the design file, without folders.
     ///
     /// # Errors
-    /// The loop is not stable, a number does not fit the device's scalar, or the format does not carry all of the design.
+    /// The loop is not shown to be stable and that was not accepted, a number does not fit the device's scalar, or the format does not carry all of the design.
     pub fn files(&self, report: &Report, origin: &str) -> Result<Vec<File>, EmitError> {
         writable(report)?;
         Ok(match &self.0 {

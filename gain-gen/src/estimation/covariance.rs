@@ -24,7 +24,7 @@ use super::limit::arrival_limit;
 use super::riccati::{corrected, kalman_covariance, modified_riccati, predicted};
 use super::{EstimationVerdict, verdict};
 use crate::design::{DelayDistribution, Plant};
-use crate::stability::{loses_sight, open_loop_modulus};
+use crate::stability::{Growth, growth, loses_sight};
 use nalgebra::DMatrix;
 
 /// Squarings after which a sum of powers below 1 has converged: 2^64 terms.
@@ -63,7 +63,7 @@ pub(super) fn bounds(
     }
     let arrival = link.arrival(measurement_buffer);
     let best = kalman_covariance(plant);
-    let is_decaying = open_loop_modulus(&plant.a) < 1.0;
+    let is_decaying = growth(plant) == Growth::Decays;
     let is_blind = if arrival == 0.0 { !is_decaying } else { loses_sight(plant, link, measurement_buffer) };
     let linear = |older: &DMatrix<f64>, q: f64| predicted(plant, older) * (1.0 - q) + &best * q;
     let modified = |older: &DMatrix<f64>, q: f64| corrected(plant, &predicted(plant, older), q);

@@ -32,7 +32,7 @@ mod limit;
 mod riccati;
 mod spectrum;
 
-use crate::design::{Acknowledgement, Design};
+use crate::design::{Acknowledgement, DelayDistribution, Design, Plant};
 use crate::solve::{Outcome, Solution};
 use covariance::bounds;
 use nalgebra::DMatrix;
@@ -64,6 +64,27 @@ impl EstimationVerdict {
     }
 }
 
+/// Whether measurements come often enough. It depends on the sensor's side alone.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sight {
+    /// `q_arr = Q_sc(N^B)`: probability that a measurement arrives while it still counts.
+    pub arrival: f64,
+    /// Above this probability the error stays bounded; 0 if it does without any measurement.
+    pub limit: f64,
+    /// Whether it does.
+    pub verdict: EstimationVerdict,
+}
+
+impl Sight {
+    /// That of the design's sensor.
+    pub fn of(design: &Design) -> Self {
+        let (plant, link) = (&design.plant, &design.network.sensor_to_controller.delays);
+        let buffer = design.controller.measurement_buffer;
+        let (limit, _, verdict) = judged(plant, link, buffer);
+        Self { arrival: link.arrival(buffer), limit: limit.map_or(0.0, |limit| limit.upper), verdict }
+    }
+}
+
 /// What is known about the estimator of a design, and what the loop costs with it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Estimation {
@@ -84,6 +105,12 @@ pub struct Estimation {
 }
 
 impl Estimation {
+    /// What the verdict rests on.
+    pub fn sight(&self) -> Sight {
+        let limit = self.limit.as_ref().map_or(0.0, |limit| limit.upper);
+        Sight { arrival: self.arrival, limit, verdict: self.verdict }
+    }
+
     /// Judges the estimator of `design`, whose gains are `solution`.
     ///
     /// Bounds from above hold for instant acknowledgements only: without, the estimator does not know what was applied.
@@ -91,14 +118,9 @@ impl Estimation {
     pub fn of(design: &Design, solution: &Solution) -> Self {
         let (plant, link) = (&design.plant, &design.network.sensor_to_controller.delays);
         let buffer = design.controller.measurement_buffer;
+        let (limit, mut covariance, verdict) = judged(plant, link, buffer);
         let arrival = link.arrival(buffer);
         let critical = critical_probability(plant);
-        let limit = arrival_limit(plant);
-        let mut verdict = verdict(limit.as_ref(), arrival);
-        let mut covariance = bounds(plant, link, buffer, verdict);
-        if verdict == EstimationVerdict::Open && covariance.upper.is_some() {
-            verdict = EstimationVerdict::Stable;
-        }
         if design.network.acknowledgement != Acknowledgement::Instant {
             covariance.upper = None;
         }
@@ -112,6 +134,21 @@ impl Estimation {
         let (cost_lower, cost_upper) = (cost(&covariance.lower), cost(&covariance.upper));
         Self { arrival, critical, limit, verdict, covariance, cost_lower, cost_upper }
     }
+}
+
+/// The limit of arrivals, bounds on the error's covariance, and whether it stays bounded.
+fn judged(
+    plant: &Plant,
+    link: &DelayDistribution,
+    buffer: usize,
+) -> (Option<ArrivalLimit>, CovarianceBounds, EstimationVerdict) {
+    let limit = arrival_limit(plant);
+    let mut verdict = verdict(limit.as_ref(), link.arrival(buffer));
+    let covariance = bounds(plant, link, buffer, verdict);
+    if verdict == EstimationVerdict::Open && covariance.upper.is_some() {
+        verdict = EstimationVerdict::Stable;
+    }
+    (limit, covariance, verdict)
 }
 
 /// What follows for measurements that arrive with probability `arrival` from the limit for it.

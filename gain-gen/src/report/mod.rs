@@ -1,18 +1,20 @@
 //! What a design comes to: gains, the stability verdict and the figures behind it.
 //!
 //! [`Report`] holds them all; `text` and `json` only write them down, and so does [`crate::emit`].
-//! `condition` says which condition for stability fails, `channel` what a link that comes and goes adds, `task` what a task of
+//! `condition` says which condition for stability fails or is open, `verdict` what they come to, `channel` what a link that comes and goes adds, `task` what a task of
 //! finite length adds, `rounding` what counted values cost, `names` how things are
-//! called in files, `figure` how numbers are spelled for people.
+//! called in files, `paragraph` breaks long sentences, `figure` how numbers are spelled for people.
 
 mod channel;
 mod condition;
 mod figure;
 mod json;
 mod names;
+mod paragraph;
 mod rounding;
 mod task;
 mod text;
+mod verdict;
 
 use crate::certificate::{Certificate, NotCertified, certify};
 use crate::design::Design;
@@ -26,34 +28,15 @@ use crate::stability;
 use nalgebra::DMatrix;
 
 pub use channel::ChannelDesigns;
+pub(crate) use condition::failed;
 pub use condition::{FailedCondition, NotStabilised};
 pub(crate) use figure::{counted, figure, grouped, percent};
 pub(crate) use json::{Document, line_per_field, rows, triangles};
 pub use json::{MOST_MODE_GAINS, ModeGains};
 pub(crate) use names::{default_input_name, estimator_name, scalar_name};
+pub(crate) use paragraph::wrapped;
 pub use task::{LONGEST_TASK, NoTask};
-
-/// Whether the closed loop is mean-square stable with the optimal gains.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Verdict {
-    /// It is.
-    Stable,
-    /// It is not, and so with no other gains of this sequence length and default input.
-    Unstable,
-    /// Neither shown within the iterations allowed.
-    Undecided,
-}
-
-impl Verdict {
-    /// As in reports and JSON.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Stable => "stable",
-            Self::Unstable => "unstable",
-            Self::Undecided => "undecided",
-        }
-    }
-}
+pub use verdict::Verdict;
 
 /// A design, its solution and everything that is told about it.
 #[derive(Debug, Clone)]
@@ -64,8 +47,10 @@ pub struct Report {
     pub method: Method,
     /// Gains and how the recursion ended.
     pub solution: Solution,
-    /// Conditions for stability that do not hold; empty iff the verdict is [`Verdict::Stable`].
+    /// Conditions for stability that do not hold or are not shown to; empty iff the verdict is [`Verdict::Stable`].
     pub failed_conditions: Vec<FailedCondition>,
+    /// Whether [`crate::emit`] writes it although its stability is undecided: [`Report::accept_undecided_stability`].
+    pub accepts_undecided_stability: bool,
     /// Transition probabilities of the actuator's age, `(N+1) x (N+1)`; the last state is an empty buffer.
     pub transition_matrix: DMatrix<f64>,
     /// Largest modulus of the eigenvalues of `A`, per step.
@@ -86,11 +71,11 @@ pub struct Report {
     pub trigger: Option<TriggerTables>,
     /// Time-varying gains for a task of finite length; `None` before [`Report::find_task`].
     pub task: Option<FiniteHorizon>,
-    /// Distances to instability; `None` before [`Report::find_margins`] and for a loop that is not stable.
+    /// Distances to instability; `None` before [`Report::find_margins`] and for a loop that has not [`Report::converged`].
     pub margins: Option<Margins>,
     /// Designs for a link whose quality comes and goes; `None` before [`Report::find_channel`] and for other links.
     pub channel: Option<ChannelDesigns>,
-    /// Proof of stability; `None` before [`Report::certify`] and for a loop that is not stable.
+    /// Proof of stability; `None` before [`Report::certify`] and for a loop that has not [`Report::converged`].
     pub certificate: Option<Certificate>,
 }
 
@@ -107,10 +92,12 @@ impl Report {
         let needs_more = method == Method::Coupled && (design.tracking.is_some() || design.event.is_some());
         let in_flight = needs_more.then(|| solve(&problem, Method::InFlight));
         let steady = in_flight.as_ref().unwrap_or(&solution);
+        let estimation = Estimation::of(design, &solution);
         Self {
             preview: PreviewGains::of(design, steady),
             trigger: design.event.and_then(|_| trigger_tables(&problem, steady)),
-            failed_conditions: condition::failed(design, &problem, &solution, n_crit),
+            failed_conditions: condition::failed(design, &problem, &solution, estimation.sight(), n_crit),
+            accepts_undecided_stability: false,
             transition_matrix: age_transitions(&problem.link, problem.length),
             open_loop_modulus: stability::open_loop_modulus(&problem.a),
             dry_growth: stability::dry_growth(&problem, problem.length),
@@ -119,7 +106,7 @@ impl Report {
                 &design.network.sensor_to_controller.delays,
                 design.controller.measurement_buffer,
             ),
-            estimation: Estimation::of(design, &solution),
+            estimation,
             design: design.clone(),
             method,
             solution,
@@ -132,54 +119,22 @@ impl Report {
         }
     }
 
-    /// Adds the margins if the verdict is [`Verdict::Stable`]. Dense: slow for long sequences.
+    /// Adds the margins if the loop has [`Report::converged`]. Dense: slow for long sequences.
     pub fn find_margins(&mut self) {
-        if self.verdict() == Verdict::Stable {
+        if self.converged() {
             self.margins = margins(&LoopProblem::of(&self.design), &self.solution);
         }
     }
 
-    /// Adds a certificate if the verdict is [`Verdict::Stable`]. Dense: slow for long sequences.
+    /// Adds a certificate if the loop has [`Report::converged`]. Dense: slow for long sequences.
     ///
     /// # Errors
     /// The loop is stable by its figures, but rounding does not let it be proved.
     pub fn certify(&mut self) -> Result<(), NotCertified> {
-        if self.verdict() == Verdict::Stable {
+        if self.converged() {
             self.certificate = Some(certify(&LoopProblem::of(&self.design), &self.solution)?);
         }
         Ok(())
-    }
-
-    /// Whether the closed loop is stable: the recursion's outcome, and whether measurements come often enough.
-    pub fn verdict(&self) -> Verdict {
-        if self.failed_conditions.is_empty() {
-            Verdict::Stable
-        } else if self
-            .failed_conditions
-            .iter()
-            .all(|failed| matches!(failed, FailedCondition::Undecided { .. }))
-        {
-            Verdict::Undecided
-        } else {
-            Verdict::Unstable
-        }
-    }
-
-    /// Nothing if the loop is stable, otherwise the error that says why it is not.
-    ///
-    /// # Errors
-    /// The verdict is not [`Verdict::Stable`].
-    pub fn require_stable(&self) -> Result<(), NotStabilised> {
-        if self.failed_conditions.is_empty() {
-            return Ok(());
-        }
-        Err(NotStabilised {
-            name: self.design.name.clone(),
-            length: self.design.controller.sequence_length,
-            default_input: self.design.controller.default_input,
-            verdict: self.verdict(),
-            conditions: self.failed_conditions.clone(),
-        })
     }
 
     /// Nothing if the design follows no reference or its preview gains were found, otherwise why they were not.

@@ -1,7 +1,7 @@
 //! The sweep as one JSON object; its fields are part of the stable command line.
 
 use super::Sweep;
-use crate::report::{Verdict, default_input_name};
+use crate::report::default_input_name;
 use serde::Serialize;
 
 /// Both default inputs in one table.
@@ -19,7 +19,7 @@ struct Document<'s> {
 #[derive(Serialize)]
 struct Entry {
     sequence_length: usize,
-    /// Whether the loop is stabilised; as in the report.
+    /// As in the report.
     converged: bool,
     mean_square_rate: f64,
     control_cost: f64,
@@ -37,7 +37,7 @@ impl Sweep {
     pub fn to_json(&self) -> String {
         let entry = |figures: &super::LengthFigures| Entry {
             sequence_length: figures.sequence_length,
-            converged: figures.verdict == Verdict::Stable,
+            converged: figures.converged,
             mean_square_rate: figures.mean_square_rate,
             control_cost: figures.control_cost,
             table_floats: figures.table_floats,

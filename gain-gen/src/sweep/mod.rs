@@ -7,9 +7,9 @@ mod plot;
 mod table;
 
 use crate::design::{Design, DeviceScalar};
-use crate::report::Verdict;
+use crate::estimation::Sight;
+use crate::report::{FailedCondition, Verdict, failed};
 use crate::solve::{LoopProblem, Method, Outcome, solve};
-use crate::stability::loses_sight;
 use rayon::prelude::*;
 use slqg::DefaultInput;
 
@@ -33,8 +33,10 @@ pub struct LengthFigures {
     pub sequence_length: usize,
     /// What the actuator applies when its buffer has run out.
     pub default_input: DefaultInput,
-    /// Whether the loop is stable with this length, measurements included; as in [`crate::report::Report::verdict`].
+    /// Whether the loop is shown to be stable with this length as it runs; as in [`crate::report::Report::verdict`].
     pub verdict: Verdict,
+    /// Whether the loop of the theorems is stable; as in [`crate::report::Report::converged`].
+    pub converged: bool,
     /// Spectral radius of the closed loop's second moments, per step.
     pub mean_square_rate: f64,
     /// Long-run cost per step with the state known, `tr(P W)`; infinite if no gains stabilise.
@@ -50,11 +52,7 @@ impl Sweep {
     ///
     /// The same figures in the same order on any number of threads.
     pub fn new(design: &Design, lengths: &[usize], default_inputs: &[DefaultInput]) -> Self {
-        let is_blind = loses_sight(
-            &design.plant,
-            &design.network.sensor_to_controller.delays,
-            design.controller.measurement_buffer,
-        );
+        let sight = Sight::of(design);
         let cases: Vec<_> = default_inputs
             .iter()
             .flat_map(|&input| lengths.iter().map(move |&length| (input, length)))
@@ -65,7 +63,7 @@ impl Sweep {
             .with_max_len(1)
             .map(|(default_input, length)| {
                 let problem = LoopProblem { default_input, length, ..LoopProblem::of(design) };
-                figures(design, &problem, is_blind)
+                figures(design, &problem, sight)
             })
             .collect();
         Self {
@@ -101,17 +99,14 @@ impl Sweep {
     }
 }
 
-fn figures(design: &Design, problem: &LoopProblem, is_blind: bool) -> LengthFigures {
+fn figures(design: &Design, problem: &LoopProblem, sight: Sight) -> LengthFigures {
     let solution = solve(problem, Method::InFlight);
-    let verdict = match solution.outcome {
-        Outcome::Converged if !is_blind => Verdict::Stable,
-        Outcome::Undecided if !is_blind => Verdict::Undecided,
-        Outcome::Converged | Outcome::Undecided | Outcome::Unstable => Verdict::Unstable,
-    };
+    let conditions = failed(design, problem, &solution, sight, None);
     LengthFigures {
         sequence_length: problem.length,
         default_input: problem.default_input,
-        verdict,
+        verdict: Verdict::of(&conditions),
+        converged: !conditions.iter().any(FailedCondition::is_of_theorems),
         mean_square_rate: solution.mean_square_rate,
         control_cost: match solution.outcome {
             Outcome::Converged => solution.control_cost(&design.plant.process_noise),

@@ -7,7 +7,7 @@
 
 #include <string.h>
 
-#if CRANE_GENERATED != 0x87d998edu
+#if CRANE_GENERATED != 0xd49ca02au
 #error "header and source were not generated together"
 #endif
 

@@ -7,7 +7,7 @@
 
 #include <string.h>
 
-#if PENDULUM_GENERATED != 0x414cebb1u
+#if PENDULUM_GENERATED != 0x9ee739d0u
 #error "header and source were not generated together"
 #endif
 

@@ -2,6 +2,7 @@
 
 use super::{Names, comment, generated};
 use crate::design::DeviceScalar;
+use crate::emit::standing;
 use crate::report::{Report, counted, figure, scalar_name};
 use slqg::DefaultInput;
 use slqg::blob::DesignId;
@@ -104,9 +105,10 @@ pub(super) fn text(report: &Report, origin: &str, names: &Names, mark: DesignId)
     );
     // Names that are not ours stay out of the replacements.
     let first = format!(
-        "/*\n * {}\n * {}.c belongs to this header.\n *\n",
+        "/*\n * {}\n * {}.c belongs to this header.\n *\n{} *\n",
         generated(report, origin),
-        comment(&names.stem)
+        comment(&names.stem),
+        standing::lines(report).iter().map(|line| format!(" * {}\n", comment(line))).collect::<String>()
     );
     first + &names.fill(&text, report)
 }

@@ -7,7 +7,7 @@ mod layout;
 mod mode_gains;
 mod optional;
 
-use super::{FailedCondition, Report, Verdict, default_input_name, estimator_name};
+use super::{FailedCondition, Report, default_input_name, estimator_name};
 use crate::design::Acknowledgement;
 use crate::estimation::{ArrivalLimit, DecidingCycle};
 use crate::solve::LoopProblem;
@@ -32,7 +32,7 @@ pub(crate) struct Document<'r> {
     sequence_length: usize,
     default_input: &'static str,
     method: &'static str,
-    /// Whether the loop is stabilised: the recursion converged and measurements come often enough.
+    /// The recursion converged and measurements come often enough. What else the verdict asks is in `failed_conditions`.
     converged: bool,
     iterations: usize,
     residual: f64,
@@ -127,7 +127,7 @@ impl<'r> Document<'r> {
             sequence_length: law.length,
             default_input: default_input_name(law.default_input),
             method: report.method.name(),
-            converged: report.verdict() == Verdict::Stable,
+            converged: report.converged(),
             iterations: solution.iterations,
             residual: solution.residual,
             transition_matrix: rows(&report.transition_matrix),

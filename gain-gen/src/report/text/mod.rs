@@ -1,15 +1,16 @@
 //! The report as one screen of text, every figure with its unit.
 //!
-//! Here are the sections that every report of a stable loop has; those that are there only for some designs, or when asked
+//! Here are the sections that every report of a loop has whose gains stabilise it; those that are there only for some designs, or when asked
 //! for, are in `optional`, and what travels on CAN is in `wire`.
 
 mod optional;
 mod wire;
 
 use super::figure::{counted, duration, figure, grouped, percent};
-use super::{FailedCondition, Report, Verdict, default_input_name, estimator_name, scalar_name};
+use super::{FailedCondition, Report, Verdict, default_input_name, estimator_name, scalar_name, wrapped};
 use crate::design::{Acknowledgement, Behaviour, DeviceScalar, Link};
 use crate::solve::Outcome;
+use crate::stability::{Growth, growth};
 use core::fmt::{self, Display, Formatter};
 use nalgebra::DMatrix;
 
@@ -32,7 +33,7 @@ impl Display for Report {
         self.plant(f)?;
         self.link(f)?;
         self.stability(f)?;
-        if self.verdict() == Verdict::Stable {
+        if self.solution.is_stabilising() && self.verdict() != Verdict::Unstable {
             self.closed_loop(f)?;
             self.estimation(f)?;
             self.tracking(f)?;
@@ -46,6 +47,9 @@ impl Display for Report {
         self.task(f)
     }
 }
+
+/// Width of a sentence beside what it is about.
+const SENTENCE: usize = 96;
 
 /// One aligned line: what, and how much.
 fn line(f: &mut Formatter<'_>, what: &str, figures: impl Display) -> fmt::Result {
@@ -72,13 +76,13 @@ impl Report {
         line(f, "dimensions", format!("{states}, {inputs}, {}", counted(plant.outputs(), "output")))?;
         line(f, "sample time", format!("{} s", figure(plant.sample_time)))?;
         let modulus = self.open_loop_modulus;
-        let growth = if modulus > 1.0 {
-            let doubling = 2.0_f64.ln() / modulus.ln();
-            format!("unstable, doubles in {}", self.steps(doubling))
-        } else if modulus < 1.0 {
-            "stable".into()
-        } else {
-            "on the limit of stability".into()
+        let growth = match growth(plant) {
+            Growth::Decays => "stable".into(),
+            Growth::OnTheLimit => "on the limit of stability".into(),
+            Growth::Grows => {
+                let doubling = 2.0_f64.ln() / modulus.ln();
+                format!("unstable, doubles in {}", self.steps(doubling))
+            }
         };
         line(f, "open loop", format!("largest |eigenvalue| {} per step: {growth}", figure(modulus)))
     }
@@ -162,11 +166,23 @@ impl Report {
         let (n_min, n_crit) = (length(self.n_min), length(self.n_crit));
         line(f, "N_min", format!("{n_min:<12}shortest length that Theorem 3.4 b) does not rule out"))?;
         line(f, "N_crit", format!("{n_crit:<12}shortest length that stabilises"))?;
+        self.not_shown(f)?;
         let Some(certificate) = &self.certificate else { return Ok(()) };
         let (count, size) = (certificate.matrices().len(), certificate.matrices()[0].nrows());
         let matrices = format!("N+1 = {count} matrices of {size} x {size}");
         let bound = figure(certificate.rate_bound());
         line(f, "certificate", format!("verified by Cholesky, {matrices}: rate at most {bound}"))
+    }
+
+    /// Conditions that have no line of their own above.
+    fn not_shown(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        for condition in self.failed_conditions.iter().filter(|condition| !condition.is_numbered()) {
+            let what = if condition.is_open() { "not shown" } else { "fails" };
+            let sentence = condition.to_string();
+            let heads = std::iter::once(what).chain(std::iter::repeat(""));
+            heads.zip(wrapped(&sentence, SENTENCE)).try_for_each(|(head, text)| line(f, head, text))?;
+        }
+        Ok(())
     }
 
     fn closed_loop(&self, f: &mut Formatter<'_>) -> fmt::Result {

@@ -1,0 +1,88 @@
+//! What people are told of a condition: a sentence with the figures and a way out.
+
+use super::FailedCondition;
+use crate::report::figure::{figure, percent};
+use crate::stability::Growth;
+use core::fmt::{self, Display, Formatter};
+
+impl Display for FailedCondition {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::RunsDry { growth, shortest } => {
+                let growth = figure(*growth);
+                write!(f, "Theorem 3.4 b): (1 - Q(N-1)) |lambda_max(A)|^2 = {growth} > 1: ")?;
+                write!(f, "the actuator's buffer runs dry too often; ")?;
+                match shortest {
+                    Some(length) => write!(f, "the shortest length not ruled out is N = {length}"),
+                    None => f.write_str("every length is ruled out: the link loses too many packets"),
+                }
+            }
+            Self::NoFixedPoint { rate, critical } => {
+                let rate = figure(*rate);
+                write!(f, "Theorem 3.3 b): the recursion does not converge; ")?;
+                write!(f, "mean-square rate of the best gains {rate} >= 1; ")?;
+                match critical {
+                    Some(length) => write!(f, "the shortest length that stabilises is N_crit = {length}"),
+                    None => f.write_str("no length that stabilises was found"),
+                }
+            }
+            Self::Undecided { iterations, rate, residual } => {
+                let (rate, residual) = (figure(*rate), figure(*residual));
+                write!(f, "Theorem 3.3 b): neither convergence nor divergence within {iterations} steps; ")?;
+                write!(f, "mean-square rate {rate}, residual {residual}: too close to the limit of stability")
+            }
+            Self::LosesSight { growth, buffer, shortest } => {
+                let growth = figure(*growth);
+                write!(
+                    f,
+                    "Theorem 3.4 a): (1 - q_arr) |lambda_max(A)|^2 = {growth} >= 1: too few measurements "
+                )?;
+                write!(f, "arrive within the buffer of N^B = {buffer} steps; ")?;
+                match shortest {
+                    Some(steps) => write!(f, "the shortest buffer not ruled out is N^B = {steps}"),
+                    None => f.write_str("every buffer is ruled out: the link loses too many packets"),
+                }
+            }
+            Self::ErrorGrows { arrival, limit } => {
+                let (arrival, limit) = (percent(*arrival), percent(*limit));
+                write!(f, "estimation: the error of the estimate grows without bound: q_arr = {arrival} of the ")?;
+                write!(f, "measurements count, and more than q_lim = {limit} must; measure more outputs, lose ")?;
+                f.write_str("fewer measurements or wait for them longer (controller.measurement_buffer)")
+            }
+            Self::ErrorOpen { arrival, limit } => {
+                let (arrival, limit) = (percent(*arrival), percent(*limit));
+                write!(f, "estimation: q_arr = {arrival} of the measurements count, which rounding does not tell ")?;
+                write!(f, "from the limit q_lim = {limit}: whether the error of the estimate stays bounded is not ")?;
+                f.write_str("decided; above the limit it does")
+            }
+            Self::Unacknowledged { in_time } => {
+                f.write_str("network.acknowledgement: ")?;
+                match *in_time {
+                    0.0 => f.write_str("none comes in time")?,
+                    share => write!(f, "{} come in time", percent(share))?,
+                }
+                f.write_str(
+                    ": the theorems are about a filter that knows what was applied; of one that has to guess it, \
+                     nothing shows that its second moments stay bounded. Gains, rate and costs are those of the loop \
+                     with instant acknowledgements; host-sim run shows the loop as it is",
+                )
+            }
+            Self::Limited { modulus, growth: Growth::Grows } => write!(
+                f,
+                "controller.input_limits: |lambda_max(A)| = {} > 1: from some states no input within the limits leads \
+                 back, and noise reaches one of them sooner or later. Gains, rate and costs are those of the loop \
+                 before it gets to its limits; host-sim limits counts how often it is lost",
+                figure(*modulus)
+            ),
+            Self::Limited { .. } => f.write_str(
+                "controller.input_limits: |lambda_max(A)| = 1, on the limit of stability: under limits nothing shows \
+                 that the second moments of the state stay bounded. Gains, rate and costs are those of the loop before \
+                 it gets to its limits; host-sim limits counts how often it is lost",
+            ),
+        }
+    }
+}
+
+pub(super) fn spelled(conditions: &[FailedCondition]) -> String {
+    conditions.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n  ")
+}
