@@ -1,7 +1,9 @@
-//! What the claims in `tests/` share: reference cases from an independent oracle, and problems made from them; and [`page`]s that quote figures.
+//! What the claims in `tests/` share: reference cases from an independent oracle, and problems made from them; plants with right
+//! answers ([`accuracy`]); and [`page`]s that quote figures.
 //!
 //! The claims themselves are in `tests/tests/`, one file per claim and named after it.
 
+pub mod accuracy;
 pub mod page;
 
 use gain_gen::{design::DelayDistribution, solve::LoopProblem};

@@ -23,7 +23,7 @@ pub enum Kind {
     SlqgUdp,
     /// The same, with the mean age rounded as the thesis has it, (3.43).
     SlqgUdpRounded,
-    /// LQG at the plant, without a network: no controller on any network does better.
+    /// LQG at the plant, without a network: in the long run no controller on any network costs less in the mean.
     Lqg,
     /// The LQR gain, one input per packet, held until the next packet is in time: what is built today.
     HoldLast,
