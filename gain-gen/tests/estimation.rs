@@ -3,7 +3,7 @@
 use gain_gen::design::{DelayDistribution, Design, Plant};
 use gain_gen::estimation::{
     CovarianceBounds, Estimation, EstimationVerdict, covariance_bounds, critical_probability,
-    critical_probability_by_bisection, kalman_covariance, modified_riccati,
+    kalman_covariance, modified_riccati,
 };
 use gain_gen::solve::{LoopProblem, Method, solve};
 use nalgebra::{DMatrix, DVector};
@@ -84,17 +84,15 @@ fn with_as_many_outputs_as_states_the_fastest_mode_alone_decides() {
     {
         let c = DMatrix::identity(a.nrows(), a.nrows());
         let expected = 1.0 - largest.powi(-2);
-        for found in [critical_probability(&seen(&a, &c)), critical_probability_by_bisection(&seen(&a, &c))] {
-            assert!(agree(found, expected, 2e-6), "{found} instead of {expected} for {a}");
-        }
+        let found = critical_probability(&seen(&a, &c));
+        assert!(agree(found, expected, 1e-12), "{found} instead of {expected} for {a}");
     }
 }
 
 #[test]
-fn coinciding_modes_are_judged_on_the_safe_side() {
+fn coinciding_modes_that_outputs_see_apart_are_judged_by_their_modulus() {
     let (a, c) = (matrix([[1.1, 1.0], [0.0, 1.1]]), DMatrix::identity(2, 2));
-    let excess = critical_probability(&seen(&a, &c)) - (1.0 - 1.1_f64.powi(-2));
-    assert!((0.0..1e-3).contains(&excess), "{excess}");
+    assert!(agree(critical_probability(&seen(&a, &c)), 1.0 - 1.1_f64.powi(-2), 1e-12));
 }
 
 #[test]
@@ -107,8 +105,6 @@ fn with_one_unstable_mode_that_mode_decides_whatever_is_measured() {
         let largest = a.clone().complex_eigenvalues().iter().map(|lambda| lambda.norm()).fold(0.0, f64::max);
         let expected = 1.0 - largest.powi(-2);
         assert!(agree(critical_probability(&seen(&a, &c)), expected, 1e-12));
-        let found = critical_probability_by_bisection(&seen(&a, &c));
-        assert!(agree(found, expected, 2e-6), "{found} instead of {expected} for {a}");
     }
 }
 
@@ -121,8 +117,64 @@ fn with_a_single_output_the_product_of_the_unstable_modes_decides() {
     ] {
         let expected = 1.0 - product.powi(-2);
         assert!(agree(critical_probability(&seen(&a, &c)), expected, 1e-12));
-        let found = critical_probability_by_bisection(&seen(&a, &c));
-        assert!(agree(found, expected, 2e-6), "{found} instead of {expected} for {a}");
+    }
+}
+
+/// `q` at which the modified Riccati iteration without noise, but for too little to matter, neither grows nor shrinks, by
+/// bisection on its growth after many steps.
+fn bisected(a: &DMatrix<f64>, c: &DMatrix<f64>) -> f64 {
+    const NOISE: f64 = 1e-11;
+    let (states, outputs) = (a.nrows(), c.nrows());
+    let grows = |q: f64| {
+        let mut x = DMatrix::identity(states, states);
+        let mut growth = 0.0;
+        for _ in 0..2000 {
+            let noise = NOISE * x.trace();
+            let seen = c * &x * a.transpose();
+            let innovation = c * &x * c.transpose() + DMatrix::identity(outputs, outputs) * noise;
+            let gain = innovation.try_inverse().expect("positive definite") * &seen;
+            let next = a * &x * a.transpose() - seen.transpose() * gain * q
+                + DMatrix::identity(states, states) * noise;
+            growth = next.trace() / x.trace();
+            // The mean of both ends of a step: where modes rotate, the iteration alone goes round for ever.
+            x = &next / next.trace() + &x / x.trace();
+            x = (&x + x.transpose()) * 0.25;
+        }
+        growth > 1.0
+    };
+    let (mut lower, mut upper) = (0.0, 1.0);
+    while upper - lower > 1e-6 {
+        let middle = 0.5 * (lower + upper);
+        if grows(middle) { lower = middle } else { upper = middle }
+    }
+    upper
+}
+
+#[test]
+fn between_the_formulas_the_iterations_growth_is_1_at_the_critical_probability() {
+    let stable = matrix([
+        [1.4, 0.3, 0.0, 0.7, 0.1],
+        [0.0, 1.3, 0.2, 0.0, 0.2],
+        [0.0, -0.4, 1.2, 0.0, 0.3],
+        [0.0, 0.0, 0.0, 0.9, 0.5],
+        [0.0, 0.0, 0.0, -0.5, 0.6],
+    ]);
+    let sight = matrix([[1.0, 0.0, 0.5, 0.0, 1.0], [0.0, 0.3, 1.0, 2.0, 0.0]]);
+    let turns = matrix([[0.0, 1.2, 0.1], [-1.2, 0.0, 0.0], [0.0, 0.0, 1.3]]);
+    for (a, c) in [
+        (
+            matrix([[1.4, 0.3, 0.0], [0.0, 1.3, 0.2], [0.0, 0.0, 1.2]]),
+            matrix([[1.0, 0.0, 0.5], [0.0, 0.3, 1.0]]),
+        ),
+        (stable, sight),
+        (turns, matrix([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])),
+        (
+            DMatrix::from_diagonal(&DVector::from_vec(vec![1.3, -1.3, 1.1])),
+            matrix([[1.0, 1.0, 1.0], [0.0, 0.0, 1.0]]),
+        ),
+    ] {
+        let (found, expected) = (critical_probability(&seen(&a, &c)), bisected(&a, &c));
+        assert!(agree(found, expected, 3e-6), "{found} instead of {expected} for {a}");
     }
 }
 
@@ -136,15 +188,15 @@ fn between_the_formulas_the_equation_is_solvable_just_above_the_critical_probabi
         "{critical}"
     );
     let plant = plant(a, c, DMatrix::identity(3, 3), DMatrix::identity(2, 2));
-    assert!(modified_riccati(&plant, critical + 1e-3).is_some());
-    assert!(modified_riccati(&plant, critical - 1e-3).is_none());
+    assert!(modified_riccati(&plant, critical + 1e-4).is_some());
+    assert!(modified_riccati(&plant, critical - 1e-4).is_none());
 }
 
 #[test]
 fn a_plant_without_growing_modes_needs_no_more_than_some_measurements() {
     for a in [matrix([[0.5, 3.0], [0.0, 0.9]]), matrix([[1.0, 1.0], [0.0, 1.0]])] {
         assert_eq!(critical_probability(&seen(&a, &DMatrix::identity(2, 2))), 0.0);
-        assert_eq!(critical_probability_by_bisection(&seen(&a, &matrix([[1.0, 0.0]]))), 0.0);
+        assert_eq!(critical_probability(&seen(&a, &matrix([[1.0, 0.0]]))), 0.0);
     }
 }
 

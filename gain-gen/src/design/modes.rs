@@ -54,11 +54,6 @@ pub(crate) fn modes(a: &DMatrix<f64>) -> Option<Vec<Mode>> {
     Some(found)
 }
 
-/// All eigenvalues of the square matrix `a`; `None` as [`modes`].
-pub(crate) fn eigenvalues(a: &DMatrix<f64>) -> Option<Vec<Complex<f64>>> {
-    Some(modes(a)?.into_iter().map(|mode| mode.value).collect())
-}
-
 /// The eigenvalues that do not decay. `None` as [`modes`].
 pub(crate) fn unstable_eigenvalues(a: &DMatrix<f64>) -> Option<Vec<Complex<f64>>> {
     let persistent = modes(a)?.into_iter().filter(|mode| mode.growth != Growth::Decays);
@@ -210,6 +205,10 @@ pub(crate) fn spoken(lambda: Complex<f64>) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn eigenvalues(a: &DMatrix<f64>) -> Option<Vec<Complex<f64>>> {
+        Some(modes(a)?.into_iter().map(|mode| mode.value).collect())
+    }
 
     fn lost(a: &DMatrix<f64>, b: &DMatrix<f64>) -> Option<Complex<f64>> {
         unreached(a, b, &unstable_eigenvalues(a).unwrap())

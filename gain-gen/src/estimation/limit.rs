@@ -16,7 +16,10 @@
 use super::coordinates::Coordinates;
 use super::cycle::{Cycle, Losses, cycles};
 use super::spectrum::{Mode, lasting_modes};
-use crate::design::{Plant, modes::spoken};
+use crate::design::{
+    Plant,
+    modes::{Growth, modes, spoken},
+};
 use core::fmt::{self, Display, Formatter};
 use nalgebra::{Complex, DMatrix};
 
@@ -70,15 +73,17 @@ impl Display for DecidingCycle {
 
 /// The limit for a plant whose outputs see every mode that does not decay. `None`: all modes decay, no measurement is needed.
 pub fn arrival_limit(plant: &Plant) -> Option<ArrivalLimit> {
+    let growths: Vec<Growth> = modes(&plant.a).into_iter().flatten().map(|mode| mode.growth).collect();
+    if !growths.contains(&Growth::Grows) && growths.len() == plant.a.nrows() {
+        let is_lasting = growths.contains(&Growth::OnTheLimit);
+        return is_lasting.then_some(ArrivalLimit { lower: 0.0, upper: 0.0, cycle: None });
+    }
     let balanced = Coordinates::of(plant);
     let rounding = ROUNDING * plant.a.nrows() as f64;
-    let modes = |rounding| lasting_modes(&balanced.a, rounding);
-    let (Some(meant), Some(possible)) = (modes(rounding), modes(rounding * DOUBT)) else {
+    let lasting = |rounding| lasting_modes(&balanced.a, rounding);
+    let (Some(meant), Some(possible)) = (lasting(rounding), lasting(rounding * DOUBT)) else {
         return Some(ArrivalLimit { lower: 0.0, upper: 1.0, cycle: None });
     };
-    if possible.iter().all(|mode| mode.largest + mode.uncertainty < 1.0) {
-        return None;
-    }
     let least = |mode: &Mode| mode.value.norm() - mode.uncertainty;
     let (lower, _) = greatest(cycles(meant, ACCIDENTAL), &balanced.c, least, |losses| losses.most);
     let largest = |mode: &Mode| mode.largest + mode.uncertainty;

@@ -38,7 +38,7 @@ use covariance::bounds;
 use nalgebra::DMatrix;
 
 pub use covariance::{CovarianceBounds, covariance_bounds};
-pub use critical::{critical_probability, critical_probability_by_bisection};
+pub use critical::critical_probability;
 pub use limit::{ArrivalLimit, DecidingCycle, arrival_limit};
 pub use riccati::{kalman_covariance, modified_riccati};
 

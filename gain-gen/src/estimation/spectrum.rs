@@ -49,6 +49,22 @@ pub(super) fn lasting_modes(a: &DMatrix<f64>, rounding: f64) -> Option<Vec<Mode>
     )
 }
 
+/// Orthonormal basis, nx x `count`, of the invariant subspace of the `count` eigenvalues of `a` of largest modulus, which no
+/// conjugate pair is on both sides of. `None` if the iteration for eigenvalues does not converge.
+pub(super) fn growing_part(a: &DMatrix<f64>, count: usize) -> Option<DMatrix<f64>> {
+    let form = Triangular::of(a)?;
+    let mut places: Vec<usize> = (0..a.nrows()).collect();
+    places.sort_by(|&i, &j| form.t[(j, j)].norm().total_cmp(&form.t[(i, i)].norm()));
+    let led = form.led_by(&places[..count]);
+    let complex = led.q.columns(0, count);
+    // Real and imaginary parts span the same subspace, and the projector onto it is real.
+    let parts = DMatrix::from_fn(a.nrows(), 2 * count, |i, j| {
+        if j < count { complex[(i, j)].re } else { complex[(i, j - count)].im }
+    });
+    let parts = parts.svd(true, false);
+    Some(parts.u.expect("asked for").columns(0, count).clone_owned())
+}
+
 /// Of the clusters (positions on the diagonal of `t`, uncertainty of their mean) that may coincide, the two nearest.
 fn nearest_in_doubt(clusters: &[(Vec<usize>, f64)], t: &Matrix) -> Option<(usize, usize)> {
     let mut nearest: Option<(f64, usize, usize)> = None;
