@@ -263,6 +263,43 @@ fn bounds_enclose_what_enumeration_of_all_arrivals_gives() {
     }
 }
 
+/// Covariance `x`, with its states in other units, relative to the standard deviations of `plain`.
+fn off(x: &DMatrix<f64>, plain: &DMatrix<f64>, units: &[f64]) -> f64 {
+    let size = |i: usize| plain[(i, i)].sqrt() * units[i];
+    let difference = |i: usize, j: usize| x[(i, j)] - plain[(i, j)] * units[i] * units[j];
+    let places = (0..x.nrows()).flat_map(|i| (0..x.nrows()).map(move |j| (i, j)));
+    places.map(|(i, j)| difference(i, j).abs() / (size(i) * size(j))).fold(0.0, f64::max)
+}
+
+#[test]
+fn units_change_covariances_by_their_factors_and_nothing_else() {
+    let third = plant(
+        matrix([[1.3, 0.3, 0.0], [0.0, 1.1, 0.2], [0.1, -0.4, 0.8]]),
+        matrix([[1.0, 0.0, 0.5], [0.0, 0.3, 1.0]]),
+        matrix([[0.3, 0.1, 0.0], [0.1, 0.2, 0.0], [0.0, 0.0, 0.4]]),
+        matrix([[0.7, 0.2], [0.2, 0.4]]),
+    );
+    let delays = link(&[0.6, 0.2, 0.1]);
+    for (plain, powers) in [(oscillator(), [9, -9, 0]), (third.clone(), [-9, 3, 9]), (third, [6, 9, -8])] {
+        let unit = |power: i32| 10.0_f64.powi(power);
+        let states: Vec<f64> = powers[..plain.a.nrows()].iter().map(|&power| unit(power)).collect();
+        let outputs: Vec<f64> = powers[..plain.c.nrows()].iter().map(|&power| unit(-power)).collect();
+        let scaled = plant(
+            plain.a.map_with_location(|i, j, entry| entry * states[i] / states[j]),
+            plain.c.map_with_location(|i, j, entry| entry * outputs[i] / states[j]),
+            plain.process_noise.map_with_location(|i, j, entry| entry * states[i] * states[j]),
+            plain.measurement_noise.map_with_location(|i, j, entry| entry * outputs[i] * outputs[j]),
+        );
+        let (expected, found) =
+            (covariance_bounds(&plain, &delays, 3), covariance_bounds(&scaled, &delays, 3));
+        for (found, expected) in [(found.lower, expected.lower), (found.upper, expected.upper)] {
+            let off = off(&found.expect("bounded"), &expected.expect("bounded"), &states);
+            assert!(off < 1e-9, "{powers:?}: {off}");
+        }
+        assert!(agree(critical_probability(&plain), critical_probability(&scaled), 1e-9), "{powers:?}");
+    }
+}
+
 #[test]
 fn no_measurements_leave_the_open_loops_covariance() {
     let stable = scalar_plant(0.5);

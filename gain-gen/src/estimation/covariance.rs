@@ -92,7 +92,8 @@ fn stationary(plant: &Plant, best: &DMatrix<f64>, q: f64) -> DMatrix<f64> {
     for _ in 0..SQUARINGS {
         let more = &factor * &sum * factor.transpose();
         sum += &more;
-        if more.amax() <= f64::EPSILON * sum.amax() {
+        // Each state by itself, as they have different units.
+        if more.diagonal().iter().zip(sum.diagonal().iter()).all(|(more, sum)| *more <= f64::EPSILON * sum) {
             break;
         }
         factor = &factor * &factor;

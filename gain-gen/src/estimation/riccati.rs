@@ -49,9 +49,15 @@ pub(super) fn predicted(plant: &Plant, posterior: &DMatrix<f64>) -> DMatrix<f64>
 
 /// `X - q X C' (C X C' + V)^-1 C X`: what a measurement that comes with probability `q` leaves, by its mean.
 pub(super) fn corrected(plant: &Plant, prior: &DMatrix<f64>, q: f64) -> DMatrix<f64> {
-    let seen = &plant.c * prior;
+    let mut seen = &plant.c * prior;
     let innovation = symmetric(&seen * plant.c.transpose() + &plant.measurement_noise);
-    let parts = SymmetricEigen::new(innovation);
+    // In units in which each innovation has variance 1: outputs of other units must not drown in each other's rounding.
+    let deviation = innovation.diagonal().map(|variance| if variance > 0.0 { variance.sqrt() } else { 1.0 });
+    for (mut row, deviation) in seen.row_iter_mut().zip(deviation.iter()) {
+        row /= *deviation;
+    }
+    let scaled = innovation.map_with_location(|i, j, entry| entry / (deviation[i] * deviation[j]));
+    let parts = SymmetricEigen::new(scaled);
     let mut corrected = prior.clone();
     for (variance, direction) in parts.eigenvalues.iter().zip(parts.eigenvectors.column_iter()) {
         // A variance lost in rounding is left out, which keeps the covariance on the large side.
