@@ -181,7 +181,7 @@ impl Recursion for ChannelRecursion<'_, '_> {
     }
 
     /// Plain value iteration.
-    fn evaluate(&mut self) -> bool {
+    fn evaluate(&mut self, _accuracy: f64) -> bool {
         false
     }
 

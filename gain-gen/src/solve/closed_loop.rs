@@ -4,9 +4,14 @@
 
 use super::{
     LoopProblem, ModeChain,
+    evaluation::solve_like,
+    krylov::norm,
     modes::{Mode, modes},
-    spectral::{SPACES, spectral_radius},
+    radius::radius,
+    spectral::{CLEARLY_UNSTABLE, FILTER, RESOLVENT, SPACES, largest_real_near_one, settled_radius},
+    sums::Sums,
 };
+use crate::extended::widened;
 use nalgebra::DMatrix;
 
 /// `sum_j p(i, j) parts[j]`, row `i` of the transition matrix.
@@ -80,7 +85,48 @@ impl ClosedLoop<'_> {
     /// Spectral radius of [`ClosedLoop::apply`]: the mean-square rate, below 1 iff the loop is mean-square stable.
     pub(crate) fn rate(&self) -> f64 {
         let one = DMatrix::<f64>::identity(self.size(), self.size()).as_slice().repeat(self.gains.len());
-        spectral_radius(&one, [STRIDE; SPACES], |from, to| self.apply(from, to))
+        let apply = |from: &[f64], to: &mut [f64]| self.apply(from, to);
+        let (found, settled) = settled_radius(&one, FILTER, [STRIDE; SPACES], apply);
+        if settled || found > CLEARLY_UNSTABLE {
+            return found;
+        }
+        // Eigenvalues crowd at the unit circle: the largest is the one nearest to 1.
+        let alike = self.alike();
+        let near_one = largest_real_near_one(&one, |residual| {
+            solve_like(residual, norm(residual), RESOLVENT, |from| self.spread(&alike, from), apply)
+        });
+        near_one.unwrap_or(found)
+    }
+
+    /// The loop of the state alone, with the first input of a sequence applied at once; `None` unless it forgets slowly.
+    fn alike(&self) -> Option<Sums> {
+        let plant = &self.modes[0];
+        let (states, inputs) = plant.plant;
+        let gain = self.gains[0].view((0, 0), (inputs, states));
+        let closed = plant.a.view((0, 0), (states, states)) + plant.b.view((0, 0), (states, inputs)) * gain;
+        let radius = radius(&widened(&closed));
+        (radius < 1.0).then(|| Sums::of(&closed, radius)).flatten()
+    }
+
+    /// About the costs whose step takes `stages` off them: what the state's part comes to, the same for every mode.
+    fn spread(&self, alike: &Option<Sums>, stages: &[f64]) -> Vec<f64> {
+        let mut costs = stages.to_vec();
+        let (size, (states, _)) = (self.size(), self.modes[0].plant);
+        let Some(sums) = alike else { return costs };
+        let mut mean = DMatrix::<f64>::zeros(states, states);
+        for (share, stage) in self.chain.shares().iter().zip(stages.chunks_exact(size * size)) {
+            let stage = DMatrix::from_column_slice(size, size, stage);
+            mean += stage.view((0, 0), (states, states)) * *share;
+        }
+        let more = sums.total(mean.clone()) - mean;
+        for cost in costs.chunks_exact_mut(size * size) {
+            for column in 0..states {
+                for row in 0..states {
+                    cost[column * size + row] += more[(row, column)];
+                }
+            }
+        }
+        costs
     }
 }
 

@@ -93,20 +93,24 @@ impl Coordinates {
 
     /// `(P, S, Y, N_t)` as the core lays them out.
     fn restore_value(&self, value: &mut [f64], dimensions: &Dimensions) {
-        let (d, e) = (&self.states, &self.inputs);
-        let (nx, v) = (d.len(), dimensions.in_flight_rows());
-        let input = |stacked: usize| e[stacked % e.len()];
-        let (p, rest) = value.split_at_mut(nx * nx);
-        let (s, squares) = rest.split_at_mut(nx * v);
-        for (at, entry) in p.iter_mut().enumerate() {
-            *entry = *entry / d[at / nx] / d[at % nx];
+        let states: Vec<f64> = self.states.iter().map(|unit| unit.recip()).collect();
+        let in_flight: Vec<f64> = (0..dimensions.in_flight_rows())
+            .map(|row| self.inputs[row % self.inputs.len()].recip())
+            .collect();
+        let (p, rest) = value.split_at_mut(states.len() * states.len());
+        let (s, squares) = rest.split_at_mut(states.len() * in_flight.len());
+        scale(p, &states, &states);
+        scale(s, &states, &in_flight);
+        for square in squares.chunks_exact_mut((in_flight.len() * in_flight.len()).max(1)) {
+            scale(square, &in_flight, &in_flight);
         }
-        for (at, entry) in s.iter_mut().enumerate() {
-            *entry = *entry / d[at / v] / input(at % v);
-        }
-        for (at, entry) in squares.iter_mut().enumerate() {
-            *entry = *entry / input(at / v % v) / input(at % v);
-        }
+    }
+}
+
+/// Multiplies a matrix by rows with a factor for each row and each column.
+fn scale(matrix: &mut [f64], rows: &[f64], columns: &[f64]) {
+    for (entries, row) in matrix.chunks_exact_mut(columns.len().max(1)).zip(rows) {
+        entries.iter_mut().zip(columns).for_each(|(entry, column)| *entry *= row * column);
     }
 }
 

@@ -96,7 +96,7 @@ impl Recursion for CoupledRecursion {
     }
 
     /// The reference stays plain value iteration.
-    fn evaluate(&mut self) -> bool {
+    fn evaluate(&mut self, _accuracy: f64) -> bool {
         false
     }
 

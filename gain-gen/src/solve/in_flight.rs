@@ -1,14 +1,14 @@
 //! The core's in-flight recursion iterated to its fixed point: THEORY 4 and 5 in `f64`.
 
 use super::{
-    LoopProblem, Outcome, Solution, Start,
+    LoopProblem, NetworkFree, Outcome, Solution, Start,
     evaluation::solve_like,
     iterate::{Ending, Recursion, iterate},
     krylov::norm,
     law::Law,
     packing::Packing,
     radius::radius,
-    spectral::{largest_real_near_one, settled_radius},
+    spectral::{CLEARLY_UNSTABLE, RESOLVENT, largest_real_near_one, settled_radius},
     sums::Sums,
 };
 use crate::{extended::widened, stability};
@@ -100,18 +100,32 @@ struct InFlightRecursion<'p, 'w> {
     alike: Option<Sums>,
     /// Whether the plant decays when left alone, or sent zeros.
     decays: bool,
+    /// Cost of the state, `nx x nx`, in which what the loop without a network forgets last stands out.
+    lasting: DMatrix<f64>,
+    /// The cost-to-go, packed, at some step before.
+    remembered: Option<Vec<f64>>,
 }
 
 /// Most steps that the search for the rate takes in one.
 const LONGEST_STRIDE: usize = 16;
 
-/// Rate above which nothing near 1 need be looked for.
-const CLEARLY_UNSTABLE: f64 = 1.05;
-
-/// Accuracy of the cost of given gains, relative to the cost.
-const EVALUATION: f64 = 1e-14;
+/// Rate from which eigenvalues crowd at the unit circle, and the largest is looked for among those near 1.
+const CROWDED: f64 = 0.999;
+/// Part of `x^T x` in the direction from which the rate is looked for: every mode of the plant shows in it.
+const SEED: f64 = 1e-3;
+/// Squarings after which a loop's power shows what lasts: 2^6 cycles.
+const SQUARINGS: usize = 6;
 
 impl InFlightRecursion<'_, '_> {
+    /// How the cost-to-go, packed, has changed since it was remembered, scaled to length 1; `None` if it has not.
+    fn moved(&self) -> Option<Vec<f64>> {
+        let mut moved = self.packing.pack(self.synthesis.value());
+        let remembered = self.remembered.as_ref()?;
+        moved.iter_mut().zip(remembered).for_each(|(now, before)| *now -= before);
+        let length = norm(&moved);
+        (length > 0.0 && length.is_finite()).then(|| moved.iter().map(|entry| entry / length).collect())
+    }
+
     /// About the cost-to-go whose step takes `stage` off it, both packed.
     fn alike(&self, stage: &[f64]) -> Vec<f64> {
         match &self.alike {
@@ -152,19 +166,21 @@ impl Recursion for InFlightRecursion<'_, '_> {
             // Nothing is ever applied.
             return radius(&widened(&DMatrix::from_row_slice(states, states, self.problem.a))).powi(2);
         }
-        // Start inside the cone of costs: x^T x, which every mode of the plant shows in.
         let stride = (length / 4).clamp(1, LONGEST_STRIDE);
+        // Inside the cone of costs, where the rate is an eigenvalue: near what grows most without a network, and near what
+        // the recursion was slow to find.
         let mut start = vec![0.0; self.problem.dimensions.value_len()];
-        start[..states * states].iter_mut().step_by(states + 1).for_each(|entry| *entry = 1.0);
-        let start = self.packing.pack(&start);
-        let (found, settled) = self.with_map(|map| settled_radius(&start, [1, stride, stride], map));
-        if (settled && self.alike.is_none()) || found > CLEARLY_UNSTABLE {
+        start[..states * states].copy_from_slice(self.lasting.as_slice());
+        let mut start = self.packing.pack(&start);
+        if let Some(moved) = self.moved() {
+            start.iter_mut().zip(moved).for_each(|(start, moved)| *start += moved);
+        }
+        let (found, settled) = self.with_map(|map| settled_radius(&start, 0, [1, stride, stride], map));
+        if (settled && found < CROWDED) || found > CLEARLY_UNSTABLE {
             return found;
         }
         let near_one = largest_real_near_one(&start, |residual| {
-            self.with_map(|map| {
-                solve_like(residual, norm(residual), EVALUATION, |from| self.alike(from), map)
-            })
+            self.with_map(|map| solve_like(residual, norm(residual), RESOLVENT, |from| self.alike(from), map))
         });
         near_one.unwrap_or(found)
     }
@@ -173,19 +189,23 @@ impl Recursion for InFlightRecursion<'_, '_> {
         self.problem.dimensions.in_flight() + 1
     }
 
-    fn evaluate(&mut self) -> bool {
+    fn evaluate(&mut self, accuracy: f64) -> bool {
         // One step with the gains held tells how far the cost-to-go is from being theirs.
         let before = self.packing.pack(self.synthesis.value());
         self.synthesis.fixed_step();
         let after = self.packing.pack(self.synthesis.value());
         let residual: Vec<f64> = after.iter().zip(&before).map(|(after, before)| after - before).collect();
-        let correction = self
-            .with_map(|map| solve_like(&residual, norm(&after), EVALUATION, |from| self.alike(from), map));
+        let correction =
+            self.with_map(|map| solve_like(&residual, norm(&after), accuracy, |from| self.alike(from), map));
         let found = correction.is_some();
         let value = before.iter().zip(correction.unwrap_or(residual)).map(|(value, change)| value + change);
         let value: Vec<f64> = value.collect();
         self.packing.unpack(&value, self.synthesis.value_mut());
         found
+    }
+
+    fn remember(&mut self) {
+        self.remembered = Some(self.packing.pack(self.synthesis.value()));
     }
 
     /// A plant that decays is stabilised by sending zeros.
@@ -199,6 +219,23 @@ impl Recursion for InFlightRecursion<'_, '_> {
     fn gains(&self) -> Vec<f64> {
         self.synthesis.gains().to_vec()
     }
+}
+
+/// `x^T x` some cycles later without a network, scaled, and a little of what it is now.
+fn lasting(problem: &LoopProblem, free: Option<&NetworkFree>) -> DMatrix<f64> {
+    let one = DMatrix::identity(problem.a.nrows(), problem.a.nrows());
+    let Some(free) = free else { return one };
+    let mut power = &problem.a + &problem.b * &free.gain;
+    for _ in 0..SQUARINGS {
+        power = &power * &power;
+        let size = power.amax();
+        if size == 0.0 || !size.is_finite() {
+            return one;
+        }
+        power /= size;
+    }
+    let later = power.tr_mul(&power);
+    &later / later.amax() + one * SEED
 }
 
 fn synthesis<'p, 'w>(problem: Problem<'p, f64>, workspace: &'w mut [f64]) -> Synthesis<'p, 'w, f64> {
@@ -218,6 +255,8 @@ pub(super) fn solve(start: &Start) -> Solution {
             .free
             .as_ref()
             .and_then(|free| Sums::of(&(&problem.a + &problem.b * &free.gain), free.radius)),
+        lasting: lasting(problem, start.free.as_ref()),
+        remembered: None,
         decays: stability::open_loop_modulus(&problem.a) < 1.0
             && (problem.default_input == DefaultInput::Zero || !stability::runs_dry(problem)),
     };

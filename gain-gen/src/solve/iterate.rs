@@ -26,8 +26,12 @@ pub(super) trait Recursion {
     fn size(&self) -> f64;
     /// Mean-square rate of the closed loop with the gains of the last step.
     fn rate(&self) -> f64;
-    /// Replaces the cost-to-go by that of keeping the gains of the last step for ever; false if it cannot.
-    fn evaluate(&mut self) -> bool;
+    /// Replaces the cost-to-go by that of keeping the gains of the last step for ever, to `accuracy` of itself; false if
+    /// it cannot.
+    fn evaluate(&mut self, accuracy: f64) -> bool;
+    /// Keeps the cost-to-go as it is now: what changes of it from here on shows what the loop forgets slowly, which is
+    /// what [`Recursion::rate`] looks for.
+    fn remember(&mut self) {}
     /// The gains of the last step, in any order.
     fn gains(&self) -> Vec<f64>;
     /// Takes gains that are known to stabilise the loop instead of those of the last step; false if none are known.
@@ -56,6 +60,10 @@ const TO_COME: f64 = 1e-12;
 const MOST_POLISHED: usize = 2;
 /// Rate from which the error of the gains is measured by what is still to come in one piece, not estimated.
 const SLOW: f64 = 0.999;
+/// Distance of the rate from 1 that rounding does not resolve.
+const UNRESOLVED: f64 = 1e-13;
+/// Change of the gains, relative to the largest, at which they stand still.
+const STILL: f64 = 1e-13;
 /// Rounding of a step, relative to the gains.
 const ROUNDING: f64 = 8.0 * f64::EPSILON;
 /// Residual that counts when rounding lets it fall no further.
@@ -76,6 +84,12 @@ const WORTH_WHILE: f64 = 100.0;
 const MOST_POLICY: usize = 30;
 /// Policy iterations that may gain nothing.
 const SETBACKS: usize = 2;
+/// Accuracy of the cost of given gains, relative to the cost.
+const EVALUATION: f64 = 1e-14;
+/// The same, relative to the residual at hand.
+const FORCING: f64 = 1e-4;
+/// Residual at which the cost-to-go is kept: what changes after it is what the loop forgets slowly, and still far above rounding.
+const MEMORABLE: f64 = 1e-6;
 /// Iterations allowed.
 const MOST: usize = 1 << 22;
 
@@ -112,21 +126,29 @@ pub(super) fn iterate(recursion: &mut impl Recursion, scale: f64, doomed: bool) 
         ending.iterations += 1;
         ending.policy_iterations = policy.iterations;
         ending.residual = residual;
+        if residual <= MEMORABLE && ending.iterations > 1 && smallest > MEMORABLE {
+            recursion.remember();
+        }
         stalled = if residual < smallest { 0 } else { stalled + 1 };
         smallest = smallest.min(residual);
         let at_floor = stalled >= PATIENCE || policy.is_exhausted(recursion.memory());
         if residual <= RESIDUAL || (residual <= ROUNDING_FLOOR && at_floor) {
+            let gains = settle_gains(recursion, &mut ending);
             ending.mean_square_rate = recursion.rate();
             // A cost that does not see an unstable mode converges and stabilises nothing.
             let stabilised = ending.mean_square_rate < 1.0;
             let to_come = residual / (1.0 - ending.mean_square_rate);
-            if stabilised && to_come > TO_COME && polished < MOST_POLISHED && recursion.evaluate() {
+            if stabilised && to_come > TO_COME && polished < MOST_POLISHED && recursion.evaluate(EVALUATION) {
                 polished += 1;
                 continue;
             }
-            ending.outcome = if stabilised { Outcome::Converged } else { Outcome::Unstable };
+            ending.outcome = match ending.mean_square_rate - 1.0 {
+                distance if distance.abs() <= UNRESOLVED => Outcome::Undecided,
+                distance if distance < 0.0 => Outcome::Converged,
+                _ => Outcome::Unstable,
+            };
             if stabilised {
-                ending.gain_error = gain_error(recursion, ending.mean_square_rate);
+                ending.gain_error = gain_error(recursion, gains, ending.mean_square_rate);
             }
             return ending;
         }
@@ -137,6 +159,7 @@ pub(super) fn iterate(recursion: &mut impl Recursion, scale: f64, doomed: bool) 
         let due = look.max(recursion.memory());
         if ending.iterations == due / 2 {
             halfway = residual;
+            recursion.remember();
         }
         if !stable && ending.iterations == due {
             if doomed || value_steps_to_come(residual, halfway, due - due / 2) > WORTH_WHILE {
@@ -163,18 +186,49 @@ fn value_steps_to_come(residual: f64, before: f64, steps: usize) -> f64 {
     if before.is_finite() && shrinks < 0.0 { (RESIDUAL / residual).ln() / shrinks } else { f64::INFINITY }
 }
 
-/// What is still to come of a change that shrinks by `rate` a step: of the last one, and of what a step's rounding adds
-/// up to. Where the loop forgets slowly the change is found in one piece.
-fn gain_error(recursion: &mut impl Recursion, rate: f64) -> f64 {
-    let before = recursion.gains();
-    let in_one_piece = rate > SLOW && recursion.evaluate();
-    recursion.step();
-    let after = recursion.gains();
-    let largest = after.iter().fold(0.0_f64, |largest, gain| largest.max(gain.abs()));
-    let change = after.iter().zip(&before).fold(0.0_f64, |change, (new, old)| change.max((new - old).abs()));
-    let relative = if largest > 0.0 { change / largest } else { 0.0 };
-    let to_come = if in_one_piece { relative } else { relative / (1.0 - rate) };
-    to_come.max(ROUNDING / (1.0 - rate))
+/// Steps on until the gains stand still too: those of inputs that are hardly ever applied hardly show in the cost. Returns
+/// what is still to come of their change, relative to the largest.
+fn settle_gains(recursion: &mut impl Recursion, ending: &mut Ending) -> f64 {
+    let mut gains = recursion.gains();
+    let mut before = f64::INFINITY;
+    for _ in 0..=recursion.memory() {
+        ending.residual = recursion.step();
+        ending.iterations += 1;
+        let change = change_of(&mut gains, recursion.gains());
+        // Falling changes go on falling as they did; those of rounding do not add up.
+        let shrinks = change / before;
+        if change <= STILL || (before.is_finite() && shrinks >= 1.0) {
+            return if before.is_finite() && shrinks < 0.5 {
+                change * shrinks / (1.0 - shrinks)
+            } else {
+                change
+            };
+        }
+        before = change;
+    }
+    before
+}
+
+/// Takes the `new` gains in place of the old ones, and returns the largest difference relative to the largest gain.
+fn change_of(gains: &mut Vec<f64>, new: Vec<f64>) -> f64 {
+    let largest = new.iter().fold(0.0_f64, |largest, gain| largest.max(gain.abs()));
+    let change =
+        new.iter().zip(gains.iter()).fold(0.0_f64, |change, (new, old)| change.max((new - old).abs()));
+    *gains = new;
+    if largest > 0.0 { change / largest } else { 0.0 }
+}
+
+/// How far the gains may be off, of which `to_come` is known to be still to come: with what a step's rounding adds up to.
+/// Where the loop forgets slowly, what is missing is found in one piece.
+fn gain_error(recursion: &mut impl Recursion, to_come: f64, rate: f64) -> f64 {
+    let mut gains = recursion.gains();
+    let missing = if rate > SLOW && recursion.evaluate(EVALUATION) {
+        recursion.step();
+        change_of(&mut gains, recursion.gains())
+    } else {
+        to_come
+    };
+    missing.max(ROUNDING / (1.0 - rate))
 }
 
 /// Policy iteration: whether it is on, and how it gets along.
@@ -203,7 +257,8 @@ impl Policy {
         if self.active {
             self.smallest_residual = self.smallest_residual.min(residual);
             self.size = size;
-            self.active = recursion.evaluate();
+            // No more accurately than the next step will need it.
+            self.active = recursion.evaluate((FORCING * residual).max(EVALUATION));
             self.iterations += usize::from(self.active);
             self.steps_since = 0;
         }

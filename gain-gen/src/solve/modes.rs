@@ -16,6 +16,8 @@ pub(crate) struct Mode {
     pub(super) q: DMatrix<f64>,
     /// `R-hat`, `N nu` square.
     pub(super) r: DMatrix<f64>,
+    /// States and inputs of the plant: the first rows of `a`, the first columns of `b`.
+    pub(super) plant: (usize, usize),
     /// What is not zero in `a` and `b`: outside the plant's rows they only shift.
     a_entries: Vec<Entry>,
     b_entries: Vec<Entry>,
@@ -110,7 +112,7 @@ pub(crate) fn modes(problem: &LoopProblem) -> Vec<Mode> {
             let mut of_state = q.view_mut((0, 0), (nx, nx));
             of_state += &problem.q;
             let r = from_sequence.transpose() * &problem.r * &from_sequence;
-            Mode { a_entries: entries(&a), b_entries: entries(&b), a, b, q, r }
+            Mode { a_entries: entries(&a), b_entries: entries(&b), a, b, q, r, plant: (nx, nu) }
         })
         .collect()
 }

@@ -12,14 +12,18 @@ const ROOM: usize = 20_000_000;
 /// Basis vectors at least and at most; most maps here settle within a few dozen.
 const SPACE: (usize, usize) = (48, 120);
 /// Plain applications before the first basis is built, at least: what decays fast then needs no basis vector.
-const FILTER: usize = 48;
-/// Relative change between looks at the eigenvalues that counts as none, in the first space and, since equal eigenvalues
+pub(super) const FILTER: usize = 48;
+/// Relative change to the next look at the eigenvalues that counts as none, in the first space and, since equal eigenvalues
 /// in one block cannot be told more accurately than by a root of the rounding error, in the later ones.
-const SETTLED: [f64; SPACES] = [1e-12, 1e-10, 1e-6];
-/// Looks in a row at which nothing may have changed.
+const SETTLED: [f64; SPACES] = [1e-10, 1e-10, 1e-6];
+/// Looks in a row at which a largest real eigenvalue may not have changed.
 const LOOKS: usize = 2;
-/// Solutions taken for a largest real eigenvalue, at most.
-const RESOLVENT: usize = 40;
+/// Radius above which nothing near 1 need be looked for.
+pub(super) const CLEARLY_UNSTABLE: f64 = 1.05;
+/// Accuracy of solutions from which a largest real eigenvalue is found.
+pub(super) const RESOLVENT: f64 = 1e-12;
+/// Solutions taken for it, at most.
+const SOLUTIONS: usize = 40;
 /// Part of a number that its imaginary part may be by rounding.
 const REAL: f64 = 1e-6;
 /// Change of an eigenvalue, relative to its distance from 1, that counts as none.
@@ -37,16 +41,17 @@ pub(super) fn spectral_radius(
     strides: [usize; SPACES],
     apply: impl FnMut(&[f64], &mut [f64]),
 ) -> f64 {
-    settled_radius(start, strides, apply).0
+    settled_radius(start, FILTER, strides, apply).0
 }
 
-/// The same, and whether it has settled.
+/// The same after `filter` plain applications, and whether it has settled.
 pub(super) fn settled_radius(
     start: &[f64],
+    filter: usize,
     strides: [usize; SPACES],
     mut apply: impl FnMut(&[f64], &mut [f64]),
 ) -> (f64, bool) {
-    let mut start = filtered(start, FILTER, &mut apply);
+    let mut start = filtered(start, filter, &mut apply);
     let mut between = vec![0.0; start.len()];
     let mut radius = 0.0;
     for (stride, tolerance) in strides.into_iter().zip(SETTLED) {
@@ -76,7 +81,7 @@ pub(super) fn largest_real_near_one(
     start: &[f64],
     mut solved: impl FnMut(&[f64]) -> Option<Vec<f64>>,
 ) -> Option<f64> {
-    let mut space = Krylov::new(start, RESOLVENT.min(start.len()))?;
+    let mut space = Krylov::new(start, SOLUTIONS.min(start.len()))?;
     let mut last = f64::NAN;
     let mut settled = 0;
     while space.can_grow() {
@@ -99,7 +104,7 @@ pub(super) fn largest_real_near_one(
         }
     }
     // An invariant space has it exactly.
-    (!last.is_nan() && space.dimension() < RESOLVENT).then_some(last)
+    (!last.is_nan() && space.dimension() < SOLUTIONS).then_some(last)
 }
 
 /// The radius as one space shows it, and unless it has settled there the direction to go on from.
@@ -110,23 +115,24 @@ fn in_one_space(
 ) -> (f64, Option<Vec<f64>>) {
     let most = (ROOM / start.len().max(1)).clamp(SPACE.0, SPACE.1).min(start.len());
     let Some(mut space) = Krylov::new(start, most) else { return (0.0, None) };
-    let mut radius = 0.0;
-    let mut settled = 0;
+    let (mut radius, mut last) = (0.0, f64::INFINITY);
     // Eigenvalues of a small matrix cost more than an application: look ever less often.
-    let mut look = 8;
+    let mut look = 4;
     while space.can_grow() {
         space.grow(&mut apply);
         if space.dimension() < look && space.can_grow() {
             continue;
         }
-        look += look / 2;
+        look += look.div_ceil(3);
         // A look at which the eigenvalues do not settle is passed over; the next has a larger matrix.
         if let Some(found) = modulus(&space.projected().into_owned()) {
-            settled = if (found - radius).abs() <= tolerance * found { settled + 1 } else { 0 };
-            radius = found;
-        }
-        if settled >= LOOKS {
-            return (radius, None);
+            // Changes shrink ever faster: the next one is foreseen to be as much smaller again.
+            let change = (found - radius).abs();
+            let foreseen = change * (change / last).min(1.0);
+            (radius, last) = (found, change);
+            if foreseen <= tolerance * found {
+                return (radius, None);
+            }
         }
     }
     // A space that is invariant has the radius exactly.

@@ -3,7 +3,7 @@
 use nalgebra::DMatrix;
 
 /// Radius above which plain iteration takes too long for a loop to be worth its powers.
-const SLOW: f64 = 0.95;
+const SLOW: f64 = 0.99;
 /// Squarings after which a sum of powers below 1 has converged: 2^64 terms.
 const SQUARINGS: usize = 64;
 
@@ -31,7 +31,7 @@ impl Sums {
     }
 
     /// `X` for a symmetric `C`.
-    fn total(&self, stage: DMatrix<f64>) -> DMatrix<f64> {
+    pub(super) fn total(&self, stage: DMatrix<f64>) -> DMatrix<f64> {
         self.powers.iter().fold(stage, |sum, power| {
             let more = power.tr_mul(&(&sum * power));
             sum + more
