@@ -115,7 +115,7 @@ fn in_one_space(
 ) -> (f64, Option<Vec<f64>>) {
     let most = (ROOM / start.len().max(1)).clamp(SPACE.0, SPACE.1).min(start.len());
     let Some(mut space) = Krylov::new(start, most) else { return (0.0, None) };
-    let (mut radius, mut last) = (0.0, f64::INFINITY);
+    let (mut radius, mut last) = (0.0, 0.0);
     // Eigenvalues of a small matrix cost more than an application: look ever less often.
     let mut look = 4;
     while space.can_grow() {
