@@ -31,20 +31,24 @@ impl Coordinates {
         Self { states, inputs }
     }
 
-    /// The same with states measured by what they cost: `cost`, `nx x nx`, has a diagonal near 1 then. A state that
-    /// costs nothing keeps its unit.
-    pub(super) fn by_cost(mut self, cost: &DMatrix<f64>) -> Self {
-        for (unit, cost) in self.states.iter_mut().zip(cost.diagonal().iter()) {
-            if *cost > 0.0 && cost.is_finite() {
-                *unit *= power_of_two(cost.sqrt().recip());
-            }
-        }
-        self
+    /// The same with states and inputs measured by what they cost: `cost`, `nx x nx`, and `price`, `nu x nu`, have diagonals
+    /// near 1 then. What costs nothing keeps its unit.
+    pub(super) fn by_cost(&self, cost: &DMatrix<f64>, price: &DMatrix<f64>) -> Self {
+        let measured = |units: &[f64], cost: &DMatrix<f64>| {
+            let costs = cost.diagonal();
+            let by_cost = units.iter().zip(costs.iter()).map(|(&unit, &cost)| {
+                if cost > 0.0 && cost.is_finite() { unit * power_of_two(cost.sqrt().recip()) } else { unit }
+            });
+            by_cost.collect()
+        };
+        Self { states: measured(&self.states, cost), inputs: measured(&self.inputs, price) }
     }
 
-    /// Units of the states here, in those of the states in `other`.
-    pub(super) fn relative_to(&self, other: &Self) -> Vec<f64> {
-        self.states.iter().zip(&other.states).map(|(unit, other)| unit / other).collect()
+    /// Units of states and inputs here, in those of `other`.
+    pub(super) fn relative_to(&self, other: &Self) -> (Vec<f64>, Vec<f64>) {
+        let ratios =
+            |here: &[f64], there: &[f64]| here.iter().zip(there).map(|(here, there)| here / there).collect();
+        (ratios(&self.states, &other.states), ratios(&self.inputs, &other.inputs))
     }
 
     /// The problem in these coordinates.

@@ -239,12 +239,15 @@ pub(crate) struct Start {
 impl Start {
     fn of(problem: &LoopProblem) -> Self {
         let coordinates = Coordinates::of(problem);
-        let Some(free) = network_free(&coordinates.express(problem)) else {
-            return Self { problem: coordinates.express(problem), coordinates, free: None };
+        let balanced = coordinates.express(problem);
+        let Some(free) = network_free(&balanced) else {
+            return Self { problem: balanced, coordinates, free: None };
         };
-        // Now that it is known what a state costs, units in which all cost the same.
-        let by_cost = coordinates.clone().by_cost(&free.cost_to_go);
-        let free = free.in_units(&by_cost.relative_to(&coordinates));
+        // Now that it is known what a state and an input cost, units in which all cost the same.
+        let price = &balanced.r + balanced.b.tr_mul(&(&free.cost_to_go * &balanced.b));
+        let by_cost = coordinates.by_cost(&free.cost_to_go, &price);
+        let (states, inputs) = by_cost.relative_to(&coordinates);
+        let free = free.in_units(&states, &inputs);
         Self { problem: by_cost.express(problem), coordinates: by_cost, free: Some(free) }
     }
 
@@ -252,8 +255,12 @@ impl Start {
     fn in_given_units(problem: &LoopProblem) -> Self {
         let Self { coordinates, free, .. } = Self::of(problem);
         let given = Coordinates::given(problem);
-        let units = given.relative_to(&coordinates);
-        Self { free: free.map(|free| free.in_units(&units)), problem: problem.clone(), coordinates: given }
+        let (states, inputs) = given.relative_to(&coordinates);
+        Self {
+            free: free.map(|free| free.in_units(&states, &inputs)),
+            problem: problem.clone(),
+            coordinates: given,
+        }
     }
 
     /// The cost-to-go of the state to start from, `nx x nx`: never above what the network makes of it.

@@ -57,13 +57,12 @@ pub(super) fn network_free(problem: &LoopProblem) -> Option<NetworkFree> {
 }
 
 impl NetworkFree {
-    /// The same in coordinates in which the states have these units.
-    pub(super) fn in_units(mut self, units: &[f64]) -> Self {
-        let size = units.len();
-        self.cost_to_go = DMatrix::from_fn(size, size, |i, j| self.cost_to_go[(i, j)] * units[i] * units[j]);
-        for (mut column, unit) in self.gain.column_iter_mut().zip(units) {
-            column *= *unit;
-        }
+    /// The same in coordinates in which states and inputs have these units.
+    pub(super) fn in_units(mut self, states: &[f64], inputs: &[f64]) -> Self {
+        let size = states.len();
+        self.cost_to_go =
+            DMatrix::from_fn(size, size, |i, j| self.cost_to_go[(i, j)] * states[i] * states[j]);
+        self.gain = DMatrix::from_fn(inputs.len(), size, |i, j| self.gain[(i, j)] * states[j] / inputs[i]);
         self
     }
 }
