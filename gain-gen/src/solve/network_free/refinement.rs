@@ -87,7 +87,8 @@ impl Equation {
                 break;
             }
         }
-        error.is_finite().then_some(Refined { cost, gain, closed, error })
+        // The gains themselves are rounded in the end.
+        error.is_finite().then_some(Refined { cost, gain, closed, error: error.max(f64::EPSILON) })
     }
 }
 
