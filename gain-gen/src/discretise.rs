@@ -40,7 +40,8 @@ pub fn zero_order_hold(
     let balanced = in_units(a, &states);
     let norm = column_norm(&balanced) * sample_time;
     // The number of halvings follows from the size; beyond all sense it would not end.
-    if !(balanced.amax() * sample_time <= LARGEST) {
+    let makes_sense = |entry: &f64| (entry * sample_time).abs() <= LARGEST;
+    if !balanced.iter().all(makes_sense) {
         return None;
     }
     let halvings = (norm / SERIES_NORM).log2().ceil().max(0.0) as i32;

@@ -351,3 +351,25 @@ fn what_cannot_be_read_written_or_understood_is_status_2() {
         assert!(output.stdout.is_empty());
     }
 }
+
+#[test]
+fn a_warning_goes_to_stderr_report_and_json_and_changes_no_status() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let example = example("double_integrator");
+    let design = altered(folder.path(), &example, &[("[[0.01, 0], [0, 0.01]]", "[[0, 0], [0, 0]]")]);
+    let said = format!("warning: {}:13: plant.process_noise: found no noise at all", design.display());
+    let report = gain_gen("report", &design, &[]);
+    assert_eq!(report.status.code(), Some(0));
+    assert!(text(&report.stderr).starts_with(&said), "{}", text(&report.stderr));
+    assert!(
+        text(&report.stdout).contains("\nWarnings\n  plant.process_noise (line 13): found no noise at all"),
+        "{}",
+        text(&report.stdout)
+    );
+    let json = gain_gen("report", &design, &["--json"]);
+    let told = object(&json)["warnings"][0].as_str().expect("a text").to_owned();
+    assert!(told.starts_with("plant.process_noise (line 13): found no noise at all"), "{told}");
+    assert!(text(&json.stderr).starts_with(&said));
+    let sensible = gain_gen("report", &example, &["--json"]);
+    assert_eq!(object(&sensible)["warnings"], Value::Array(vec![]));
+}

@@ -34,15 +34,21 @@ mod winch {
     include!("generated/winch.rs");
 }
 
+/// As many states as a device takes.
+#[allow(dead_code, unreachable_pub)]
+mod rope {
+    include!("generated/rope.rs");
+}
+
 const DRAWS: usize = 1000;
 
 /// Design file and committed source.
-fn paths() -> [(PathBuf, PathBuf); 5] {
+fn paths() -> [(PathBuf, PathBuf); 6] {
     let here = Path::new(env!("CARGO_MANIFEST_DIR"));
     let pendulum = "../designs/pendulum.toml";
-    let of_tests = ["crane", "lift", "hoist", "winch"].map(|name| format!("tests/data/{name}.toml"));
-    let [crane, lift, hoist, winch] = of_tests.each_ref().map(String::as_str);
-    [pendulum, crane, lift, hoist, winch].map(|design| {
+    let of_tests = ["crane", "lift", "hoist", "winch", "rope"].map(|name| format!("tests/data/{name}.toml"));
+    let [crane, lift, hoist, winch, rope] = of_tests.each_ref().map(String::as_str);
+    [pendulum, crane, lift, hoist, winch, rope].map(|design| {
         let design = here.join(design);
         let source = here.join("tests/generated").join(design.file_name().unwrap()).with_extension("rs");
         (design, source)
@@ -155,6 +161,18 @@ fn the_generated_double_precision_law_computes_what_the_solver_says() {
     let at_run_time = Gains::<f64, 3, 2>::check(3, DefaultInput::Hold, tables).unwrap();
     assert_eq!(crane::GAINS, at_run_time);
     computes_what_the_solver_says::<_, 3, 2, 3>(&crane::GAINS, &at_run_time, &solution, 1e-13);
+}
+
+#[test]
+fn the_generated_law_of_32_states_computes_what_the_solver_says() {
+    let solution = solved(&paths()[5].0);
+    let (lx, m) = (rounded(&solution.law.lx), rounded(&solution.law.m));
+    let arrival: std::vec::Vec<f32> = solution.law.arrival.iter().map(|&r| r as f32).collect();
+    let tables = Tables { lx: &lx, m: &m, arrival: &arrival };
+    let at_run_time = Gains::<f32, 32, 1>::check(3, DefaultInput::Zero, tables).unwrap();
+    assert_eq!(rope::GAINS, at_run_time);
+    computes_what_the_solver_says::<_, 32, 1, 3>(&rope::GAINS, &at_run_time, &solution, 1e-6);
+    assert!(rope::Controller::new(rope::DESIGN, Tick(0)).is_ok());
 }
 
 #[test]

@@ -26,6 +26,7 @@ fn plant(a: DMatrix<f64>, c: DMatrix<f64>, w: DMatrix<f64>, v: DMatrix<f64>) -> 
         b: DMatrix::identity(states, states),
         initial_mean: DVector::zeros(states),
         initial_covariance: DMatrix::zeros(states, states),
+        continuous: None,
         a,
         c,
         process_noise: w,

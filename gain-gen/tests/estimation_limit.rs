@@ -23,6 +23,7 @@ fn plant(a: &DMatrix<f64>, c: &DMatrix<f64>) -> Plant {
         measurement_noise: DMatrix::identity(outputs, outputs),
         initial_mean: DVector::zeros(states),
         initial_covariance: DMatrix::zeros(states, states),
+        continuous: None,
     }
 }
 

@@ -6,7 +6,9 @@
 
 use gain_gen::design::{Design, DeviceScalar, Misfit};
 use slqg::{
-    DefaultInput, Scalar, event,
+    DefaultInput, Scalar,
+    estimator::MOST_STATES,
+    event,
     event::{InvalidTrigger, Trigger},
     gains::{Gains, InvalidGains, Tables},
     tracking,
@@ -15,6 +17,8 @@ use slqg::{
 
 /// Most inputs a simulated sequence may have: the capacity of every class.
 pub const LONGEST_SEQUENCE: usize = 32;
+/// Most states, inputs and outputs of a simulated plant: the largest class.
+const LARGEST: (usize, usize, usize) = (MOST_STATES, 8, 32);
 /// Cycles the simulated estimator remembers: a measurement may be one less late.
 pub const MEMORY: usize = 64;
 
@@ -23,7 +27,9 @@ pub const MEMORY: usize = 64;
 pub enum TooLarge {
     /// The plant is too large.
     #[error(
-        "the plant has {states} states, {inputs} inputs and {outputs} outputs; the simulator takes up to 16, 8 and 16"
+        "plant: found {states} states, {inputs} inputs and {outputs} outputs; the simulator runs what a device runs, which \
+         takes up to {}, {} and {}; reduce the model, or let gain-gen alone have it",
+        LARGEST.0, LARGEST.1, LARGEST.2
     )]
     Plant {
         /// States found.
@@ -34,7 +40,7 @@ pub enum TooLarge {
         outputs: usize,
     },
     /// More tracked outputs than states of the largest class.
-    #[error("tracking.z: found {0} tracked outputs; the simulator takes up to 16")]
+    #[error("tracking.z: found {0} tracked outputs; the simulator takes up to {max}", max = LARGEST.0)]
     TrackedOutputs(usize),
     /// Sequences are too long.
     #[error("controller.sequence_length: found {0}; the simulator takes up to {LONGEST_SEQUENCE}")]
@@ -167,8 +173,8 @@ pub fn dispatch<W: InSizeClass>(design: &Design, work: W) -> Result<W::Output, T
             })*
         };
     }
-    smallest_class!((2, 1, 2), (4, 1, 2), (4, 2, 4), (8, 4, 8), (16, 8, 16));
-    if plant.states() <= 16 && tracked > 16 {
+    smallest_class!((2, 1, 2), (4, 1, 2), (4, 2, 4), (8, 4, 8), (16, 8, 16), (32, 8, 32));
+    if plant.states() <= LARGEST.0 && tracked > LARGEST.0 {
         return Err(TooLarge::TrackedOutputs(tracked));
     }
     Err(TooLarge::Plant { states: plant.states(), inputs: size.1, outputs: size.2 })

@@ -15,6 +15,7 @@ use gain_gen::lengths::Lengths;
 use gain_gen::report::{ModeGains, NoTask, NotStabilised, Report};
 use gain_gen::solve::{Method, PreviewTooLong, TooManyModes};
 use gain_gen::sweep::Sweep;
+use gain_gen::warnings;
 use options::{Cli, Command, FormatName, Source, SweptInputName};
 use slqg::DefaultInput;
 use std::io::{self, BufWriter, IsTerminal, StdoutLock, Write};
@@ -99,6 +100,7 @@ struct Additions {
 
 fn report(source: &Source, method: Method, form: Form, additions: &Additions) -> Result<(), Failure> {
     let mut report = solved(&source.load()?, method);
+    warnings::tell(&report.warnings);
     match additions.horizon {
         Some(cycles) => report.find_task(cycles)?,
         // A task follows its reference without preview gains.
@@ -130,7 +132,7 @@ fn sweep(
     json: bool,
     plot: Option<&Path>,
 ) -> Result<(), Failure> {
-    let mut design = Design::load(design)?;
+    let mut design = warnings::load(design)?;
     let default_inputs = match default_input {
         None => vec![design.controller.default_input],
         Some(SweptInputName::Zero) => vec![DefaultInput::Zero],
@@ -167,6 +169,7 @@ fn emit(
         FormatName::Blob => Output::blob(output),
     };
     let mut report = solved(&source.load()?, Method::InFlight);
+    warnings::tell(&report.warnings);
     if accepts_undecided {
         report.accept_undecided_stability();
     }

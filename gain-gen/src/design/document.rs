@@ -17,9 +17,14 @@ pub(super) struct Document<'d> {
 
 impl Document<'_> {
     pub(super) fn error(&self, offset: usize, key: &str, found: String, allowed: String) -> DesignError {
+        let line = Some(self.line(offset));
+        DesignError { origin: self.origin.into(), line, key: key.into(), found, allowed }
+    }
+
+    /// The line of a byte, counted from 1.
+    pub(super) fn line(&self, offset: usize) -> usize {
         let before = &self.text.as_bytes()[..offset.min(self.text.len())];
-        let line = 1 + before.iter().filter(|&&byte| byte == b'\n').count();
-        DesignError { origin: self.origin.into(), line: Some(line), key: key.into(), found, allowed }
+        1 + before.iter().filter(|&&byte| byte == b'\n').count()
     }
 }
 

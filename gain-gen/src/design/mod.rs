@@ -6,7 +6,7 @@
 //!
 //! One file per table (`plant`, `cost`, `network` with its `link` and its bus (`can`, `bus`), `controller`, `tracking` with
 //! its `reference` and `set_point`, `event`, `wire`), the ideas they share beside them: places in the file (`document`,
-//! `syntax`), definiteness (`symmetric`),
+//! `syntax`; `places` for what is found out later), definiteness (`symmetric`),
 //! unstable modes (`modes`), states that a constant input holds (`equilibrium`).
 
 mod bus;
@@ -20,6 +20,7 @@ mod event;
 mod link;
 pub(crate) mod modes;
 mod network;
+mod places;
 mod plant;
 mod reference;
 mod set_point;
@@ -33,7 +34,8 @@ pub use cost::Cost;
 pub use error::DesignError;
 pub use event::Event;
 pub use network::{Acknowledgement, Network};
-pub use plant::Plant;
+pub use places::Places;
+pub use plant::{MOST_INPUTS, MOST_STATES, Plant};
 pub use reference::{Interpolation, Reference};
 pub use set_point::SetPoint;
 pub use slqg_links::{
@@ -68,6 +70,8 @@ pub struct Design {
     pub event: Option<Event>,
     /// What carries the frames.
     pub wire: WireSettings,
+    /// Where its keys are written.
+    pub places: Places,
 }
 
 impl Design {
@@ -115,7 +119,8 @@ impl Design {
         let event = Event::read(&root)?;
         let wire = WireSettings::read(&root, &plant, &controller, &mut network)?;
         let name = name.text()?.into();
-        let mut design = Design { name, plant, cost, network, controller, tracking, event, wire };
+        let places = Places::of(document, table.get_ref());
+        let mut design = Design { name, plant, cost, network, controller, tracking, event, wire, places };
         bus::check(&root, &design)?;
         let mut arrives = design.run_on_bus();
         if let Some(tolerance) = tolerance {

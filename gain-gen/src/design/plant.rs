@@ -6,6 +6,11 @@ use super::{DesignError, modes};
 use crate::discretise::zero_order_hold;
 use nalgebra::{Complex, DMatrix, DVector};
 
+/// Most states of a plant.
+pub const MOST_STATES: usize = 100;
+/// Most inputs of a plant.
+pub const MOST_INPUTS: usize = 8;
+
 /// `x+ = A x + B u + w`, `y = C x + v` with w ~ N(0, W), v ~ N(0, V), all independent; nx states, nu inputs,
 /// ny outputs. (A, B) is stabilisable and (A, C) detectable.
 #[derive(Debug, Clone, PartialEq)]
@@ -26,6 +31,8 @@ pub struct Plant {
     pub initial_mean: DVector<f64>,
     /// Covariance of the first state: nx x nx, symmetric positive semidefinite.
     pub initial_covariance: DMatrix<f64>,
+    /// (a, b) of `dx/dt = a x + b u` in 1/s, nx x nx and nx x nu, if the design gives the plant so.
+    pub continuous: Option<(DMatrix<f64>, DMatrix<f64>)>,
 }
 
 impl Plant {
@@ -61,7 +68,7 @@ impl Plant {
         if sample_time <= 0.0 {
             return Err(field.reject(format!("found the number {sample_time}")));
         }
-        let Dynamics { a, b, unstable } = dynamics(&plant, sample_time)?;
+        let Dynamics { a, b, continuous, unstable } = dynamics(&plant, sample_time)?;
         let states = a.nrows();
         let size = counted(states, "state");
 
@@ -110,6 +117,7 @@ impl Plant {
             measurement_noise,
             initial_mean,
             initial_covariance,
+            continuous,
         };
         Ok((read, unstable))
     }
@@ -119,6 +127,8 @@ impl Plant {
 struct Dynamics {
     a: DMatrix<f64>,
     b: DMatrix<f64>,
+    /// As the design gives it.
+    continuous: Option<(DMatrix<f64>, DMatrix<f64>)>,
     /// Modes of A that do not decay.
     unstable: Vec<Complex<f64>>,
 }
@@ -150,6 +160,19 @@ fn dynamics(plant: &Section<'_>, sample_time: f64) -> Result<Dynamics, DesignErr
             format!("found a {}x{inputs} matrix, but the plant has {}", b.nrows(), counted(states, "state"));
         return Err(b_field.reject_with(found, format!("give a {states}x{inputs} matrix")));
     }
+    let continuous = is_continuous.then(|| (a.clone(), b.clone()));
+    if states > MOST_STATES {
+        return Err(a_field.reject_with(
+            format!("found {states} states"),
+            format!("gains are found for up to {MOST_STATES}: reduce the model"),
+        ));
+    }
+    if inputs > MOST_INPUTS {
+        return Err(b_field.reject_with(
+            format!("found {inputs} inputs"),
+            format!("gains are found for up to {MOST_INPUTS}: leave out or combine inputs"),
+        ));
+    }
     let (a, b) = if is_continuous {
         zero_order_hold(&a, &b, sample_time).ok_or_else(|| {
             let found = format!("found a plant that grows out of range within {sample_time} s");
@@ -170,7 +193,7 @@ fn dynamics(plant: &Section<'_>, sample_time: f64) -> Result<Dynamics, DesignErr
         }
         return Err(b_field.reject_with(found, allowed));
     }
-    Ok(Dynamics { a, b, unstable })
+    Ok(Dynamics { a, b, continuous, unstable })
 }
 
 fn square(field: &Field<'_>) -> Result<DMatrix<f64>, DesignError> {

@@ -3,7 +3,7 @@
 use crate::design::Misfit;
 use crate::report::{NotStabilised, Verdict};
 use crate::solve::PreviewTooLong;
-use slqg::blob::EncodeError;
+use slqg::{blob::EncodeError, estimator::MOST_STATES};
 
 /// Why a design is not written.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -28,6 +28,17 @@ pub enum EmitError {
         scalar: &'static str,
         /// What to do.
         advice: &'static str,
+    },
+    /// No device runs a controller with so many states.
+    #[error(
+        "plant: found {states} states; {format} is for devices, whose controller takes up to {MOST_STATES}: reduce the model, \
+         or write json, or c for the law alone"
+    )]
+    TooManyStates {
+        /// States found.
+        states: usize,
+        /// The format asked for.
+        format: &'static str,
     },
     /// The law is beyond what a blob can hold.
     #[error("blob: {0}")]

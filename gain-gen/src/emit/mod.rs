@@ -39,7 +39,10 @@ pub enum Format {
 pub fn emit(report: &Report, origin: &str, format: Format) -> Result<String, EmitError> {
     writable(report)?;
     match format {
-        Format::Rust => rust::source(report, origin),
+        Format::Rust => {
+            runs_on_a_device(report, "rust")?;
+            rust::source(report, origin)
+        }
         Format::Json => Ok(json::document(report)),
     }
 }
@@ -52,6 +55,16 @@ fn writable(report: &Report) -> Result<(), EmitError> {
         report.require_preview()?;
     }
     Ok(())
+}
+
+/// Whether a device can run a controller for the plant.
+fn runs_on_a_device(report: &Report, format: &'static str) -> Result<(), EmitError> {
+    let states = report.design.plant.states();
+    if states > slqg::estimator::MOST_STATES {
+        Err(EmitError::TooManyStates { states, format })
+    } else {
+        Ok(())
+    }
 }
 
 /// Whether a format that carries one law and nothing else carries all of the design.
@@ -117,6 +130,7 @@ impl<'p> Output<'p> {
             }
             Kind::Blob(path) => {
                 law_alone(report, "blob")?;
+                runs_on_a_device(report, "blob")?;
                 vec![File { path: path.into(), content: blob::bytes(report)? }]
             }
         })

@@ -3,11 +3,10 @@
 //! [`Report`] holds them all; `text` and `json` only write them down, and so does [`crate::emit`].
 //! `condition` says which condition for stability fails or is open, `verdict` what they come to, `channel` what a link that comes and goes adds, `task` what a task of
 //! finite length adds, `rounding` what counted values cost, `names` how things are
-//! called in files, `paragraph` breaks long sentences, `figure` how numbers are spelled for people.
+//! called in files, `paragraph` breaks long sentences.
 
 mod channel;
 mod condition;
-mod figure;
 mod json;
 mod names;
 mod paragraph;
@@ -19,12 +18,14 @@ mod verdict;
 use crate::certificate::{Certificate, NotCertified, certify};
 use crate::design::Design;
 use crate::estimation::Estimation;
+use crate::figure;
 use crate::margins::{Margins, margins};
 use crate::solve::{
     FiniteHorizon, LoopProblem, Method, Outcome, PreviewGains, PreviewTooLong, Solution, TriggerTables,
     age_transitions, solve, trigger_tables,
 };
 use crate::stability;
+use crate::warnings::{self, Warning};
 use nalgebra::DMatrix;
 
 pub use channel::ChannelDesigns;
@@ -75,6 +76,8 @@ pub struct Report {
     pub margins: Option<Margins>,
     /// Designs for a link whose quality comes and goes; `None` before [`Report::find_channel`] and for other links.
     pub channel: Option<ChannelDesigns>,
+    /// What the design asks for that makes no sense.
+    pub warnings: Vec<Warning>,
     /// Proof of stability; `None` before [`Report::certify`] and for a loop that has not [`Report::converged`].
     pub certificate: Option<Certificate>,
 }
@@ -107,6 +110,7 @@ impl Report {
                 design.controller.measurement_buffer,
             ),
             estimation,
+            warnings: [warnings::of_design(design), warnings::of_loop(design, &solution)].concat(),
             design: design.clone(),
             method,
             solution,

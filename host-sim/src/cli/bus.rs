@@ -5,7 +5,7 @@ use super::{
     options::{refused, wrong},
 };
 use clap::Args;
-use gain_gen::{design::Design, emit};
+use gain_gen::{emit, warnings};
 use host_sim::{
     bus_report,
     contender::{Contender, Kind},
@@ -35,7 +35,7 @@ pub(super) struct Options {
 /// Runs the loop once and prints what became of the bus.
 pub(super) fn bus(options: &Options) -> Result<(), Failure> {
     let Options { design: path, steps, seed, frames, json } = options;
-    let mut design = Design::load(path).map_err(|error| Failure::Input(error.to_string()))?;
+    let mut design = warnings::load(path).map_err(|error| Failure::Input(error.to_string()))?;
     let wrong = |error: &dyn Display| wrong(path, error);
     let Some(plan) = &mut design.network.bus else {
         return Err(wrong(

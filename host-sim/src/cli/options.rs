@@ -6,6 +6,7 @@ use gain_gen::{
     design::{Acknowledgement, DelayDistribution, Design, Link},
     report::Report,
     solve::Method,
+    warnings,
 };
 use host_sim::{
     contender::{Change, Contender, ContenderError, DEFAULT_DEADBAND, DEFAULT_SLICES, Kind},
@@ -108,7 +109,7 @@ const NOTHING_TO_TELL: &str = "`slqg-told` is `slqg` on a link that stays as it 
 impl Selection {
     /// The design at `path` with what the command line changes.
     pub(super) fn load(&self, path: &Path) -> Result<Design, Failure> {
-        let mut design = Design::load(path).map_err(|error| Failure::Input(error.to_string()))?;
+        let mut design = warnings::load(path).map_err(|error| Failure::Input(error.to_string()))?;
         if let Some(acknowledgement) = &self.acknowledgement {
             design.network.acknowledgement = acknowledgement.clone();
         }

@@ -11,6 +11,7 @@ use gain_gen::{
     emit::{Output, design_id},
     report::Report,
     solve::Method,
+    warnings,
 };
 use host_sim::{
     contender::{Contender, Kind},
@@ -96,7 +97,7 @@ fn default_input(text: &str) -> Result<DefaultInput, String> {
 
 /// A design with what the command line changes in it.
 fn load(options: &Options, path: &Path) -> Result<Design, Failure> {
-    let mut design = Design::load(path).map_err(|error| Failure::Input(error.to_string()))?;
+    let mut design = warnings::load(path).map_err(|error| Failure::Input(error.to_string()))?;
     if let Some(default_input) = options.default_input {
         design.set_default_input(default_input);
     }

@@ -6,7 +6,7 @@ use super::{
     progress,
 };
 use clap::Args;
-use gain_gen::design::Design;
+use gain_gen::{design::Design, warnings};
 use host_sim::{
     contender::{Contender, Kind},
     robustness::{self, Robustness},
@@ -32,7 +32,7 @@ pub(super) fn robustness(options: &Options) -> Result<(), Failure> {
     let input = |error: &dyn Display| Failure::Input(error.to_string());
     let designs: Vec<Design> = paths
         .iter()
-        .map(|path| Design::load(path).map_err(|error| input(&error)))
+        .map(|path| warnings::load(path).map_err(|error| input(&error)))
         .collect::<Result<_, _>>()?;
     robustness::check(&designs, *kind).map_err(|error| input(&error))?;
     let plan = amount.plan();

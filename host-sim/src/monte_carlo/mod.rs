@@ -16,8 +16,8 @@ use std::{ops::Range, sync::OnceLock};
 
 pub use summary::{Outcome, Summary, mean, quantile, standard_error, summarise, total_costs};
 
-/// Stack of a simulating thread in bytes; a controller of the largest class takes 5 MB, and is moved once or twice.
-const STACK: usize = 1 << 26;
+/// Stack of a simulating thread in bytes; a controller of the largest class takes 19 MB, and is moved once or twice.
+const STACK: usize = 1 << 27;
 
 /// How much to simulate.
 #[derive(Debug, Clone, Copy)]

@@ -16,6 +16,7 @@ use gain_gen::{
     design::{Design, Goal},
     report::Report,
     solve::Method,
+    warnings,
 };
 use signal_hook::consts::{SIGINT, SIGTERM};
 use std::sync::{Arc, atomic::AtomicBool};
@@ -28,7 +29,7 @@ pub(super) struct Loaded<'o> {
 
 impl<'o> Loaded<'o> {
     pub(super) fn new(common: &'o Common) -> Result<Self, NodeError> {
-        let design = Design::load(&common.design).map_err(|error| NodeError::Input(error.to_string()))?;
+        let design = warnings::load(&common.design).map_err(|error| NodeError::Input(error.to_string()))?;
         let loaded = Self { common, design };
         if let Some(Goal::Trajectory(_)) = loaded.design.tracking.as_ref().map(|tracking| &tracking.goal) {
             return Err(loaded.wrong(

@@ -26,8 +26,8 @@ use nalgebra::DVector;
 use slqg::{controller, estimator::Merging, wire};
 use std::{thread, time::Duration};
 
-/// Stack of the thread that runs a node, in bytes: a controller of the largest class takes 5 MB and is moved once or twice.
-const STACK: usize = 1 << 26;
+/// Stack of the thread that runs a node, in bytes: a controller of the largest class takes 19 MB and is moved once or twice.
+const STACK: usize = 1 << 27;
 
 /// Scale of the initial covariance where a controller begins anew, at least.
 const AGAIN: f64 = 2.0;

@@ -22,7 +22,7 @@ mod surroundings;
 
 pub use estimate::Estimate;
 pub use mode_filter::{ModeFilter, RejectedMeasurement};
-pub use model::Model;
+pub use model::{MOST_STATES, Model};
 pub use modes::Modes;
 pub use surroundings::Surroundings;
 

@@ -5,7 +5,7 @@
 //! once: the order of arrival within the memory does not matter, to the bit. What happens in one cycle is in `step`.
 
 use super::step::Belief;
-use super::{Estimate, Model, Modes, Surroundings};
+use super::{Estimate, MOST_STATES, Model, Modes, Surroundings};
 use crate::{Scalar, Tick, actuator::Age};
 use heapless::Deque;
 use nalgebra::{SMatrix, SVector};
@@ -77,10 +77,12 @@ impl<
     /// A filter whose first cycle is `tick` and which takes measurements up to `measurement_buffer` cycles
     /// late (`N^B`, thesis 3.34), at most `H - 1`.
     ///
-    /// Does not compile for `H < 2`: the last cycle's input becomes known in the current one; nor for `E = 0`.
+    /// Does not compile for `H < 2`: the last cycle's input becomes known in the current one; nor for `E = 0`, nor for more
+    /// than [`MOST_STATES`] states.
     pub fn new(model: &Model<T, NX, NU, NY>, measurement_buffer: usize, tick: Tick) -> Self {
         const { assert!(H >= 2, "the filter must remember the current cycle and the one before") };
         const { assert!(E >= 1, "the filter must keep an estimate") };
+        const { assert!(NX <= MOST_STATES, "a controller runs with at most 32 states") };
         let mut memory = Deque::new();
         // There is room: H >= 2.
         let _ = memory.push_back(Cycle { measured: None, known: None, belief: None });

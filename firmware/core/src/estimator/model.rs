@@ -2,6 +2,10 @@
 
 use nalgebra::{SMatrix, SVector};
 
+/// Most states that a controller runs with. Its matrices lie on the stack: with 32 states an estimate takes 4 KB in `f32`, and
+/// each remembered cycle at least one.
+pub const MOST_STATES: usize = 32;
+
 /// Discrete-time linear plant with Gaussian noise, thesis (3.1)-(3.3):
 /// `x+ = A x + B u + w`, `y = C x + v`, `w ~ N(0, W)`, `v ~ N(0, V)`, `x_0 ~ N(initial_mean, initial_covariance)`.
 #[derive(Debug, Clone, PartialEq)]

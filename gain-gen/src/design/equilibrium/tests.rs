@@ -55,6 +55,7 @@ fn plant(a: DMatrix<f64>, b: DMatrix<f64>) -> Plant {
         measurement_noise: square(),
         initial_mean: DVector::zeros(states),
         initial_covariance: square(),
+        continuous: None,
     }
 }
 

@@ -11,6 +11,7 @@ use super::{FailedCondition, Report, default_input_name, estimator_name};
 use crate::design::Acknowledgement;
 use crate::estimation::{ArrivalLimit, DecidingCycle};
 use crate::solve::LoopProblem;
+use crate::warnings::Warning;
 use layout::write_line_per_field;
 use mode_gains::Spelled;
 use nalgebra::DMatrix;
@@ -75,6 +76,8 @@ pub(crate) struct Document<'r> {
     estimator: &'static str,
     /// Null where nothing is acknowledged.
     acknowledged_cycles: Option<usize>,
+    /// What makes no sense; see [`crate::warnings`].
+    warnings: Vec<String>,
     /// Only on CAN.
     #[serde(skip_serializing_if = "Option::is_none")]
     wire: Option<Wire<'r>>,
@@ -166,6 +169,7 @@ impl<'r> Document<'r> {
             estimator: estimator_name(report.design.controller.estimator),
             acknowledged_cycles: (network.acknowledgement != Acknowledgement::None)
                 .then_some(network.acknowledged_cycles),
+            warnings: report.warnings.iter().map(Warning::within_file).collect(),
             wire: Wire::of(report),
         }
     }

@@ -44,7 +44,8 @@ impl Display for Report {
             self.state_gain(f)?;
         }
         self.channel(f)?;
-        self.task(f)
+        self.task(f)?;
+        self.warnings(f)
     }
 }
 

@@ -1,4 +1,4 @@
-//! Sections that only some reports have: tracking, event trigger, margins, a channel, a task.
+//! Sections that only some reports have: tracking, event trigger, margins, a channel, a task, warnings.
 
 use super::super::Report;
 use super::super::figure::{counted, figure, percent};
@@ -11,6 +11,14 @@ use nalgebra::DVector;
 use slqg::DefaultInput;
 
 impl Report {
+    pub(super) fn warnings(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        if self.warnings.is_empty() {
+            return Ok(());
+        }
+        writeln!(f, "\nWarnings")?;
+        self.warnings.iter().try_for_each(|warning| writeln!(f, "  {}", warning.within_file()))
+    }
+
     pub(super) fn tracking(&self, f: &mut Formatter<'_>) -> fmt::Result {
         let (Some(tracking), Some(preview)) = (&self.design.tracking, &self.preview) else { return Ok(()) };
         let outputs = counted(tracking.outputs(), "output");
