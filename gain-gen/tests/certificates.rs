@@ -80,9 +80,32 @@ fn margins_are_told_when_asked_for() {
     assert!(figure("extra_loss") > 0.0 && figure("extra_loss") < 1.0);
     assert!(figure("input_gain_min") < 1.0 && figure("input_gain_max") > 1.0);
     assert!(margins["extra_delay_steps"].is_u64());
+    let flashed = &margins["flashed"];
+    assert!(margins["flashed_not_given"].is_null());
+    // Wired to its controller, the sensor is as good as the state.
+    assert_eq!(flashed["control"]["extra_loss"], margins["extra_loss"]);
+    for (of, least, greatest) in [(&flashed["input_gain"], 0.78, 1.3), (&flashed["entries"][2], 0.87, 1.05)] {
+        let bound = |name: &str| of[name].as_f64().expect("a number");
+        assert!(least < bound("min") && bound("min") < 1.0 && 1.0 < bound("max") && bound("max") < greatest);
+    }
+    assert!(flashed["accuracy"].is_null());
     let output = report("critical", &["--margins"]);
-    for line in ["Margins, state known", "  extra loss", "  extra delay", "  input gain"] {
+    for line in [
+        "Margins of the loop as flashed",
+        "  a[2,2] = 1.5",
+        "Margins, state known",
+        "  extra loss",
+        "  extra delay",
+        "  input gain",
+    ] {
         assert!(text(&output).contains(line), "{line}");
     }
     assert!(!text(&report("critical", &[])).contains("Margins"));
+}
+
+#[test]
+fn margins_of_the_flashed_loop_that_are_not_known_are_not_told_and_say_why() {
+    let output = report("pendulum_event", &["--margins"]);
+    assert!(text(&output).contains("not given           with an event trigger"), "{}", text(&output));
+    assert!(text(&output).contains("Margins, state known"));
 }

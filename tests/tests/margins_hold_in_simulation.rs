@@ -1,10 +1,11 @@
-//! The loop survives what its margins allow and not what they exclude: by the rate exactly, by simulation of the core.
+//! The loop whose state is known survives what its margins allow and not what they exclude: by the rate exactly, by
+//! simulation of the core with the state measured.
 //!
 //! The controller keeps the law it was designed with; its link or its plant is another.
 
 use gain_gen::{
     design::{Design, Link},
-    margins::{Margins, delayed, margins, thinned},
+    margins::{StateKnown, delayed, state_known, thinned},
     solve::{LoopProblem, Method, Solution, mean_square_rate, solve},
 };
 use host_sim::{
@@ -27,10 +28,10 @@ fn design() -> Design {
     design
 }
 
-fn with_margins(design: &Design) -> (LoopProblem, Solution, Margins) {
+fn with_margins(design: &Design) -> (LoopProblem, Solution, StateKnown) {
     let problem = LoopProblem::of(design);
     let solution = solve(&problem, Method::InFlight);
-    let margins = margins(&problem, &solution).expect("a stable loop");
+    let margins = state_known(&problem, &solution).expect("a stable loop");
     (problem, solution, margins)
 }
 

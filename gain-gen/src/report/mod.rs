@@ -126,7 +126,7 @@ impl Report {
     /// Adds the margins if the loop has [`Report::converged`]. Dense: slow for long sequences.
     pub fn find_margins(&mut self) {
         if self.converged() {
-            self.margins = margins(&LoopProblem::of(&self.design), &self.solution);
+            self.margins = margins(&self.design, &self.solution);
         }
     }
 

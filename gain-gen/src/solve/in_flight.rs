@@ -88,7 +88,7 @@ pub(super) fn dimensions(problem: &LoopProblem) -> Dimensions {
 }
 
 /// A matrix as the core takes it.
-pub(super) fn row_major(matrix: &DMatrix<f64>) -> Vec<f64> {
+pub(crate) fn row_major(matrix: &DMatrix<f64>) -> Vec<f64> {
     matrix.transpose().as_slice().to_vec()
 }
 

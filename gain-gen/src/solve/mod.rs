@@ -68,11 +68,16 @@ pub use correlated::{Correlated, Knowledge, OnChannel, correlated};
 pub use coupled::{finite_horizon_reference, tracking_reference};
 pub(crate) use evaluation::solve_correction;
 pub use finite_horizon::{FiniteHorizon, finite_horizon, tracking_task};
+pub(crate) use in_flight::row_major;
 pub use iterate::Outcome;
 pub use law::{Law, mode_weights};
 pub use mode_chain::{ModeChain, TooManyModes};
 pub(crate) use modes::{Mode, modes};
+pub(crate) use packing::Packing;
 pub use rollout::{Rollout, Situation};
+#[cfg(test)]
+pub(crate) use spectral::modulus;
+pub(crate) use spectral::spectral_radius;
 pub use tracking::{
     LONGEST_PREVIEW, PreviewGains, PreviewTooLong, Tracked, TrackedTask, preview_gains, set_point_gains,
 };

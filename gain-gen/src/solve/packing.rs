@@ -4,13 +4,13 @@
 use slqg::synthesis::Dimensions;
 
 /// Where the independent numbers stand in a cost-to-go.
-pub(super) struct Packing {
+pub(crate) struct Packing {
     /// Position and, for symmetric entries, mirrored position.
     entries: Vec<(usize, usize)>,
 }
 
 impl Packing {
-    pub(super) fn new(dimensions: &Dimensions) -> Self {
+    pub(crate) fn new(dimensions: &Dimensions) -> Self {
         let (nx, v) = (dimensions.states, dimensions.in_flight_rows());
         let mut entries = Vec::new();
         let mut triangle = |base: usize, size: usize, first: usize| {
@@ -30,17 +30,22 @@ impl Packing {
         Self { entries }
     }
 
-    pub(super) fn pack(&self, value: &[f64]) -> Vec<f64> {
+    /// How many there are.
+    pub(crate) fn len(&self) -> usize {
+        self.entries.len()
+    }
+
+    pub(crate) fn pack(&self, value: &[f64]) -> Vec<f64> {
         self.entries.iter().map(|&(index, _)| value[index]).collect()
     }
 
-    pub(super) fn pack_into(&self, value: &[f64], packed: &mut [f64]) {
+    pub(crate) fn pack_into(&self, value: &[f64], packed: &mut [f64]) {
         for (number, &(index, _)) in packed.iter_mut().zip(&self.entries) {
             *number = value[index];
         }
     }
 
-    pub(super) fn unpack(&self, packed: &[f64], value: &mut [f64]) {
+    pub(crate) fn unpack(&self, packed: &[f64], value: &mut [f64]) {
         for (number, &(index, mirrored)) in packed.iter().zip(&self.entries) {
             value[index] = *number;
             value[mirrored] = *number;

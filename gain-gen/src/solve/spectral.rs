@@ -36,7 +36,7 @@ pub(super) const SPACES: usize = 3;
 /// For a map that leaves a cone of costs invariant and a `start` inside the cone, that is the spectral radius, and an
 /// eigenvalue itself. `strides` says how many applications each space takes as one: packets in flight shift through a
 /// sequence before they are gone, which looks like an eigenvalue to a space that sees every shift.
-pub(super) fn spectral_radius(
+pub(crate) fn spectral_radius(
     start: &[f64],
     strides: [usize; SPACES],
     apply: impl FnMut(&[f64], &mut [f64]),
@@ -158,7 +158,7 @@ fn filtered(start: &[f64], applications: usize, apply: &mut impl FnMut(&[f64], &
 }
 
 /// Coordinates of the direction that `projected` stretches by `radius`, by inverse iteration.
-fn dominant(projected: &DMatrix<f64>, radius: f64) -> Vec<f64> {
+pub(crate) fn dominant(projected: &DMatrix<f64>, radius: f64) -> Vec<f64> {
     let size = projected.nrows();
     // Just beside the eigenvalue, so that the matrix can be factored.
     let shifted = projected - DMatrix::identity(size, size) * (radius * (1.0 + 1e-10));
@@ -172,7 +172,7 @@ fn dominant(projected: &DMatrix<f64>, radius: f64) -> Vec<f64> {
 }
 
 /// Largest modulus of the eigenvalues of a square matrix; `None` if the iteration for them does not converge.
-fn modulus(matrix: &DMatrix<f64>) -> Option<f64> {
+pub(crate) fn modulus(matrix: &DMatrix<f64>) -> Option<f64> {
     Some(modes::computed_eigenvalues(matrix)?.iter().map(|value| value.norm()).fold(0.0, f64::max))
 }
 

@@ -29,7 +29,7 @@ mod steady;
 mod task;
 
 use gain_gen::{
-    design::{Acknowledgement, Design, Link, Network},
+    design::{Acknowledgement, Design, Link, Network, Plant},
     solve::{ChannelLaw, Law, LoopProblem, PreviewGains, TriggerTables},
     stability::loses_sight,
 };
@@ -87,6 +87,8 @@ pub struct Contender {
     pub reference: Vec<DVector<f64>>,
     /// Probability that a sequence arrives in the cycle it is sent in, as its estimator believes.
     pub arrives_at_once: f64,
+    /// The plant that it meets; `None`: the design's, which its estimator has for a model in any case.
+    pub plant: Option<Plant>,
     /// Its link to the actuator.
     pub actuator_link: Link,
     /// Its link from the sensor.
@@ -173,6 +175,7 @@ impl Contender {
             to_come: None,
             send_cost: design.event.as_ref().map(|event| price(event.send_cost)),
             reference: Vec::new(),
+            plant: None,
             arrives_at_once: actuator_link.delays.arrival(0),
             actuator_link,
             sensor_link,

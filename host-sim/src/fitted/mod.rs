@@ -112,7 +112,7 @@ pub struct Fitted<T: Scalar, const NX: usize, const NU: usize, const NY: usize> 
 }
 
 impl<T: SimScalar, const NX: usize, const NU: usize, const NY: usize> Fitted<T, NX, NU, NY> {
-    /// The contender's laws and the design's plant, padded to the class.
+    /// The contender's laws, the design's plant for a model and the one it meets, padded to the class.
     pub fn new(design: &Design, contender: &Contender) -> Self {
         let inputs = design.plant.inputs();
         let first = &contender.laws[0];
@@ -166,7 +166,7 @@ impl<T: SimScalar, const NX: usize, const NU: usize, const NY: usize> Fitted<T, 
             carried: contender.bus.as_ref().map_or([0; Role::COUNT], |plan| {
                 plan.messages.map(|message| message.map_or(0, |message| message.bytes))
             }),
-            plant: TruePlant::new(&design.plant),
+            plant: TruePlant::new(contender.plant.as_ref().unwrap_or(&design.plant)),
             objective: Objective::new(design, &contender.reference),
         }
     }

@@ -1,9 +1,10 @@
 //! The report as one JSON object; its fields are part of the stable command line.
 //!
-//! `optional` has the fields that are null for many designs, `mode_gains` the one that is for long sequences, `layout` how
-//! text is broken into lines.
+//! `optional` has the fields that are null for many designs, `mode_gains` the one that is for long sequences, `margins` the
+//! distances to instability, `layout` how text is broken into lines.
 
 mod layout;
+mod margins;
 mod mode_gains;
 mod optional;
 
@@ -13,9 +14,10 @@ use crate::estimation::{ArrivalLimit, DecidingCycle};
 use crate::solve::LoopProblem;
 use crate::warnings::Warning;
 use layout::write_line_per_field;
+use margins::MarginFigures;
 use mode_gains::Spelled;
 use nalgebra::DMatrix;
-use optional::{Channel, Event, MarginFigures, Task, Tracking, Wire};
+use optional::{Channel, Event, Task, Tracking, Wire};
 use serde::Serialize;
 use std::io::{self, Write};
 

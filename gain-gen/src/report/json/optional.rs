@@ -2,7 +2,6 @@
 //!
 //! | field | of |
 //! |---|---|
-//! | `margins` | the distances to instability, when asked for |
 //! | `channel` | designs for a link whose quality comes and goes, when asked for |
 //! | `task` | the laws of a task of finite length, when asked for |
 //! | `tracking` | a design with `[tracking]` |
@@ -13,31 +12,9 @@
 
 use super::{Report, Rows, rows};
 use crate::design::{Steps, WireSettings};
-use crate::margins::Margins;
 use crate::solve::{Law, Outcome};
 use nalgebra::DMatrix;
 use serde::Serialize;
-
-/// [`Margins`].
-#[derive(Serialize)]
-pub(super) struct MarginFigures {
-    extra_loss: f64,
-    /// Null: any delay may come.
-    extra_delay_steps: Option<usize>,
-    input_gain_min: f64,
-    input_gain_max: f64,
-}
-
-impl MarginFigures {
-    pub(super) fn of(margins: &Margins) -> Self {
-        Self {
-            extra_loss: margins.extra_loss,
-            extra_delay_steps: margins.extra_delay,
-            input_gain_min: margins.input_gain_min,
-            input_gain_max: margins.input_gain_max,
-        }
-    }
-}
 
 /// Designs for a link whose quality comes and goes, on its true chain.
 #[derive(Serialize)]

@@ -1,8 +1,9 @@
 //! The report as one screen of text, every figure with its unit.
 //!
-//! Here are the sections that every report of a loop has whose gains stabilise it; those that are there only for some designs, or when asked
-//! for, are in `optional`, and what travels on CAN is in `wire`.
+//! Here are the sections that every report of a loop has whose gains stabilise it; those that are there only for some designs,
+//! or when asked for, are in `optional`, distances to instability in `margins`, and what travels on CAN is in `wire`.
 
+mod margins;
 mod optional;
 mod wire;
 

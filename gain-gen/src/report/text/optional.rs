@@ -1,10 +1,9 @@
-//! Sections that only some reports have: tracking, event trigger, margins, a channel, a task, warnings.
+//! Sections that only some reports have: tracking, event trigger, a channel, a task, warnings.
 
 use super::super::Report;
 use super::super::figure::{counted, figure, percent};
 use super::line;
 use crate::design::{Goal, SetPoint};
-use crate::margins::LARGEST_INPUT_GAIN;
 use crate::solve::Knowledge;
 use core::fmt::{self, Formatter};
 use nalgebra::DVector;
@@ -114,35 +113,6 @@ impl Report {
             "long-run cost",
             format!("at most {most} per step, packets and estimation included: that of sending always"),
         )
-    }
-
-    pub(super) fn margins(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        let Some(margins) = self.margins else { return Ok(()) };
-        writeln!(f, "\nMargins, state known, controller as designed")?;
-        let loss = match margins.extra_loss {
-            1.0 => "stable even if all are lost".into(),
-            share => format!("{:<12}of the packets that arrive may be lost in addition", percent(share)),
-        };
-        line(f, "extra loss", loss)?;
-        let delay = match (margins.extra_delay, margins.rate_beyond_extra_delay) {
-            (Some(0), Some(rate)) => format!("none; one step on every packet gives rate {}", figure(rate)),
-            (Some(steps), Some(rate)) => {
-                let late = self.steps(steps as f64);
-                format!("{late} on every packet; with one more, rate {}", figure(rate))
-            }
-            _ => "stable however late packets come".into(),
-        };
-        line(f, "extra delay", delay)?;
-        let least = match margins.input_gain_min {
-            0.0 => "0 (needs no input)".into(),
-            least if least < 1e-6 => "just above 0".into(),
-            least => figure(least),
-        };
-        let most = match margins.input_gain_max {
-            LARGEST_INPUT_GAIN => "beyond 100".into(),
-            most => figure(most),
-        };
-        line(f, "input gain", format!("from {least} to {most}, times the design's B"))
     }
 
     pub(super) fn task(&self, f: &mut Formatter<'_>) -> fmt::Result {
