@@ -161,6 +161,10 @@ fn between_the_formulas_the_iterations_growth_is_1_at_the_critical_probability()
         [0.0, 0.0, 0.0, -0.5, 0.6],
     ]);
     let sight = matrix([[1.0, 0.0, 0.5, 0.0, 1.0], [0.0, 0.3, 1.0, 2.0, 0.0]]);
+    // The fastest mode alone decides, though not all modes are seen apart.
+    let one_fast = DMatrix::from_diagonal(&DVector::from_vec(vec![1.5, 1.1, -1.05, 1.02]));
+    let mixed = matrix([[1.0, 0.2, 0.3, 0.7], [0.4, 1.0, -0.6, 0.5], [0.1, -0.3, 1.0, 0.2]]);
+    assert!(agree(critical_probability(&seen(&one_fast, &mixed)), 1.0 - 1.5_f64.powi(-2), 1e-6));
     let turns = matrix([[0.0, 1.2, 0.1], [-1.2, 0.0, 0.0], [0.0, 0.0, 1.3]]);
     for (a, c) in [
         (

@@ -25,14 +25,15 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 const UNSEEN: f64 = 1e-10;
 /// Width of the interval between the limits below which the upper one is taken.
 const WIDTH: f64 = 1e-9;
-/// Noise, as a part of the trace of the covariance.
-const NOISE: f64 = 1e-14;
+/// Noise, as a part of the trace of the covariance: less and less of it, each from the solution before. Where slow modes are
+/// seen well, their covariance is of this size, and rounding ends the row.
+const NOISES: [f64; 6] = [1e-4, 1e-6, 1e-8, 1e-10, 1e-12, 1e-14];
 /// Steps of the Riccati iteration ahead of Newton's method, and after a step of it that leads astray.
 const WARM: usize = 8;
 /// Change of `q` at which Newton's method ends.
 const SETTLED: f64 = 1e-9;
 /// Steps of Newton's method.
-const MOST: usize = 60;
+const MOST: usize = 30;
 /// Growing modes beyond which the upper limit is taken: equations for their covariance fill the memory.
 const MANY: usize = 40;
 
@@ -53,7 +54,8 @@ pub fn critical_probability(plant: &Plant) -> f64 {
     } else if seen.nrows() <= 1 || upper - lower <= WIDTH || count > MANY {
         upper
     } else {
-        let iteration = Iteration { a: growing.tr_mul(&(balanced.a * &growing)), c: seen };
+        let mut iteration =
+            Iteration { a: growing.tr_mul(&(balanced.a * &growing)), c: seen, noise: NOISES[0] };
         iteration.critical(upper).map_or(upper, |found| found.clamp(lower, upper))
     }
 }
@@ -84,6 +86,7 @@ fn combinations(c: &DMatrix<f64>) -> DMatrix<f64> {
 struct Iteration {
     a: DMatrix<f64>,
     c: DMatrix<f64>,
+    noise: f64,
 }
 
 /// What one measurement does to a covariance.
@@ -99,7 +102,7 @@ impl Iteration {
         let outputs = self.c.nrows();
         let seen = &self.c * x;
         let innovation =
-            &seen * self.c.transpose() + DMatrix::identity(outputs, outputs) * (NOISE * x.trace());
+            &seen * self.c.transpose() + DMatrix::identity(outputs, outputs) * (self.noise * x.trace());
         let cross = seen * self.a.transpose();
         let gains = Cholesky::new(innovation)?.solve(&cross);
         let effect = cross.tr_mul(&gains);
@@ -112,22 +115,36 @@ impl Iteration {
         let unit = DMatrix::identity(x.nrows(), x.nrows());
         for _ in 0..WARM {
             let ahead = &self.a * &x * self.a.transpose();
-            let next = ahead + &unit * (NOISE * x.trace()) - self.correction(&x)?.effect * q;
+            let next = ahead + &unit * (self.noise * x.trace()) - self.correction(&x)?.effect * q;
             let sum = &next / next.trace() + &x / x.trace();
             x = (&sum + sum.transpose()) / (2.0 * sum.trace());
         }
         Some(x)
     }
 
-    /// The `q` for which the iteration neither grows nor shrinks, from `q` above it; `None` if Newton's method does not settle.
-    fn critical(&self, mut q: f64) -> Option<f64> {
+    /// The `q` for which the iteration with hardly any noise neither grows nor shrinks, from `q` above it; `None` if Newton's
+    /// method does not settle with any noise.
+    fn critical(&mut self, mut q: f64) -> Option<f64> {
         let size = self.a.nrows();
         let mut x = self.warmed(DMatrix::identity(size, size), q)?;
+        let mut found = None;
+        for noise in NOISES {
+            self.noise = noise;
+            // Much noise may leave no solution at any `q`, and very little none beyond rounding.
+            let Some(settled) = self.settled(x.clone(), q) else { continue };
+            (x, q) = settled;
+            found = Some(q);
+        }
+        found
+    }
+
+    /// The covariance that neither grows nor shrinks, and the `q` for it.
+    fn settled(&self, mut x: DMatrix<f64>, mut q: f64) -> Option<(DMatrix<f64>, f64)> {
+        let size = self.a.nrows();
         for _ in 0..MOST {
             let correction = self.correction(&x)?;
-            let direction =
-                self.step_less_identity(&correction.gains, q).lu().solve(&packed(&correction.effect))?;
-            let direction = unpacked(&direction, size);
+            let equations = self.step_less_identity(&correction.gains, q);
+            let direction = unpacked(&equations.lu().solve(&packed(&correction.effect))?, size);
             let change = direction.trace().recip();
             let next = direction * change;
             // Only a definite solution belongs to the growth.
@@ -135,7 +152,7 @@ impl Iteration {
                 q += change;
                 x = next;
                 if change.abs() < SETTLED {
-                    return Some(q);
+                    return Some((x, q));
                 }
             } else {
                 x = self.warmed(x, q)?;
@@ -148,7 +165,7 @@ impl Iteration {
     fn step_less_identity(&self, gains: &DMatrix<f64>, q: f64) -> DMatrix<f64> {
         let size = self.a.nrows();
         let corrected = &self.a + gains * &self.c;
-        let noise = (DMatrix::identity(size, size) + gains * gains.transpose() * q) * NOISE;
+        let noise = (DMatrix::identity(size, size) + gains * gains.transpose() * q) * self.noise;
         let places: Vec<(usize, usize)> = (0..size).flat_map(|j| (0..=j).map(move |i| (i, j))).collect();
         let product = |factor: &DMatrix<f64>, (row, column): (usize, usize), (i, j): (usize, usize)| {
             let once = factor[(row, i)] * factor[(column, j)];
@@ -180,7 +197,7 @@ mod tests {
     use super::*;
 
     fn iterated(a: &DMatrix<f64>, c: &DMatrix<f64>) -> f64 {
-        let iteration = Iteration { a: a.clone(), c: combinations(c) };
+        let mut iteration = Iteration { a: a.clone(), c: combinations(c), noise: NOISES[0] };
         iteration.critical(limits(a).unwrap().1).expect("settles")
     }
 
