@@ -161,3 +161,100 @@ fn source_of_a_stable_loop_says_what_that_assumes() {
     );
     assert!(!written.contains("accepted"));
 }
+
+/// A plant on which gains with a seventh digit more would do: its growth is met to within 1e-8.
+const FINE: &str = "name = \"fine\"
+[plant]
+sample_time = 1
+discrete = { a = [[1.00001, 0], [0, 0.5]], b = [[1e-3], [1]] }
+c = [[1, 0], [0, 1]]
+process_noise = [[1, 0], [0, 1]]
+measurement_noise = [[1, 0], [0, 1]]
+initial_mean = [0, 0]
+initial_covariance = [[1, 0], [0, 1]]
+[cost]
+q = [[1e-12, 0], [0, 1e-12]]
+r = [[1]]
+[network]
+controller_to_actuator.delays = [0.7, 0.2]
+sensor_to_controller.delays = [1]
+[controller]
+sequence_length = 2
+scalar = \"f32\"
+";
+
+#[test]
+fn the_rate_that_decides_is_that_of_the_numbers_emitted() {
+    use gain_gen::{
+        design::Design,
+        report::Report,
+        solve::{LoopProblem, Method, mean_square_rate},
+    };
+    for text in [FINE.to_owned(), std::fs::read_to_string(example("pendulum")).unwrap()] {
+        let design = Design::parse(&text, "design.toml").unwrap();
+        let mut report = Report::new(&design, Method::InFlight);
+        let law = report.solution.law.rounded_to(design.controller.scalar);
+        assert!(law.lx.iter().all(|&gain| f64::from(gain as f32) == gain));
+        assert_ne!(law.lx, report.solution.law.lx);
+        let dense = mean_square_rate(&LoopProblem::of(&design), &law.mode_gains());
+        assert!((report.emitted_rate / dense - 1.0).abs() < 1e-9, "{} {dense}", report.emitted_rate);
+        assert_ne!(report.emitted_rate, report.solution.mean_square_rate);
+        report.certify().unwrap();
+        let file: Value = serde_json::from_str(&report.certificate_json().unwrap()).unwrap();
+        let emitted = file["gains"][0][0][0].as_f64().unwrap();
+        assert_eq!(emitted, law.lx[(0, 0)]);
+    }
+}
+
+#[test]
+fn rounding_is_seen_alike_through_the_dense_moments_and_through_the_recursion() {
+    use gain_gen::{
+        design::Design,
+        report::Report,
+        solve::{LoopProblem, Method, mean_square_rate},
+    };
+    // Too long for the dense ones in a report.
+    let mut design = Design::load(&example("pendulum")).unwrap();
+    design.set_sequence_length(8);
+    let report = Report::new(&design, Method::InFlight);
+    let law = report.solution.law.rounded_to(design.controller.scalar);
+    let dense = mean_square_rate(&LoopProblem::of(&design), &law.mode_gains());
+    // But for the rounding of r.
+    assert!((report.emitted_rate - dense).abs() < 1e-7, "{} {dense}", report.emitted_rate);
+}
+
+#[test]
+fn a_loop_that_rounding_makes_unstable_is_not_stable_and_not_written() {
+    // The gain is all but the plant's growth, and f32 misses it by 3.
+    let fast = "name = \"fast\"
+[plant]
+sample_time = 1
+discrete = { a = [[123456789]], b = [[1]] }
+c = [[1]]
+process_noise = [[1]]
+measurement_noise = [[1]]
+initial_mean = [0]
+initial_covariance = [[1]]
+[cost]
+q = [[1]]
+r = [[1]]
+[network]
+controller_to_actuator.delays = [1]
+sensor_to_controller.delays = [1]
+[controller]
+sequence_length = 1
+scalar = \"f32\"
+";
+    let folder = tempfile::tempdir().unwrap();
+    let design = folder.path().join("fast.toml");
+    std::fs::write(&design, fast).unwrap();
+    let (verdict, converged, conditions) = judged(&design);
+    assert_eq!((verdict.as_str(), converged), ("unstable", true));
+    assert!(conditions[0].starts_with("controller.scalar: the gains rounded to f32"), "{conditions:?}");
+    let target = folder.path().join("law.rs");
+    let options = ["--to", "rust", "--output", target.to_str().unwrap(), ACCEPT];
+    assert_eq!(gain_gen("emit", &design, &options).status.code(), Some(3));
+    assert!(!target.exists());
+    let exact = altered(folder.path(), &design, &[("f32", "f64")]);
+    assert_eq!(judged(&exact).0, "stable");
+}

@@ -35,6 +35,8 @@ pub struct RunResult {
     pub cost: f64,
     /// Whether the state left 1e6 times its initial or noise scale.
     pub diverged: bool,
+    /// Cycles after which the state had left, for good, what inputs within their limits bring back, or had diverged.
+    pub lost_after: Option<usize>,
     /// Control frames sent.
     pub sent: usize,
     /// Sum over cycles of the age of what was applied; an empty buffer counts as the sequence length.
@@ -118,7 +120,8 @@ pub fn run_ends<T: SimScalar, const NX: usize, const NU: usize, const NY: usize,
     let scale = fitted.plant.scale();
     let mut frame = vec![0; frame_capacity::<T>(NU, NY)];
     let mut arrivals = Arrivals::new(contender);
-    let mut result = RunResult { cost: 0.0, diverged: false, sent: 0, age_sum: 0, rejected: 0 };
+    let mut result =
+        RunResult { cost: 0.0, diverged: false, lost_after: None, sent: 0, age_sum: 0, rejected: 0 };
 
     for cycle in 0..steps {
         let tick = Tick(cycle as u32);
@@ -168,6 +171,8 @@ pub fn run_ends<T: SimScalar, const NX: usize, const NU: usize, const NY: usize,
         plant.step(&input);
         let size = plant.state().norm();
         result.diverged |= size.is_nan() || size > DIVERGED * scale;
+        let is_lost = result.diverged || fitted.recovery.is_beyond(plant.state());
+        result.lost_after = is_lost.then(|| result.lost_after.unwrap_or(cycle + 1));
         network.next_cycle();
     }
     result.cost += fitted.objective.terminal(steps, plant.state());

@@ -16,6 +16,8 @@
 //! | [`ends`] | controller and actuator as the simulator drives them |
 //! | [`closed_loop`] | one run: plant, links and the two ends, cycle by cycle |
 //! | [`adaptation`] | costs before and after a link changes |
+//! | [`recovery`] | from which states inputs within their limits lead back |
+//! | [`losses`] | how often a loop under input limits is lost |
 //! | [`monte_carlo`] | many runs in parallel, and what they say together |
 //! | [`sweep`] | designs x controllers x lengths into a file: resumed, in shards, compared run by run |
 //! | [`robustness`] | designed for one network, run on another |
@@ -38,6 +40,7 @@ pub mod ends;
 pub mod figures;
 pub mod fitted;
 pub mod identify;
+pub mod losses;
 pub mod monte_carlo;
 pub mod network;
 pub mod node;
@@ -46,6 +49,7 @@ pub mod output;
 pub mod pil;
 pub mod plant;
 pub mod random;
+pub mod recovery;
 pub mod robustness;
 pub mod size_class;
 pub mod sweep;

@@ -15,7 +15,7 @@ mod task;
 mod text;
 mod verdict;
 
-use crate::certificate::{Certificate, NotCertified, certify};
+use crate::certificate::{Certificate, NotCertified, certify_gains};
 use crate::design::Design;
 use crate::estimation::Estimation;
 use crate::figure;
@@ -48,6 +48,8 @@ pub struct Report {
     pub method: Method,
     /// Gains and how the recursion ended.
     pub solution: Solution,
+    /// Mean-square rate with the numbers that are emitted: [`Solution::emitted_rate`].
+    pub emitted_rate: f64,
     /// Conditions for stability that do not hold or are not shown to; empty iff the verdict is [`Verdict::Stable`].
     pub failed_conditions: Vec<FailedCondition>,
     /// Whether [`crate::emit`] writes it although its stability is undecided: [`Report::accept_undecided_stability`].
@@ -96,10 +98,22 @@ impl Report {
         let in_flight = needs_more.then(|| solve(&problem, Method::InFlight));
         let steady = in_flight.as_ref().unwrap_or(&solution);
         let estimation = Estimation::of(design, &solution);
+        let emitted_rate = match solution.is_stabilising() {
+            true => solution.emitted_rate(&problem, design.controller.scalar),
+            false => solution.mean_square_rate,
+        };
         Self {
             preview: PreviewGains::of(design, steady),
             trigger: design.event.and_then(|_| trigger_tables(&problem, steady)),
-            failed_conditions: condition::failed(design, &problem, &solution, estimation.sight(), n_crit),
+            emitted_rate,
+            failed_conditions: condition::failed(
+                design,
+                &problem,
+                &solution,
+                emitted_rate,
+                estimation.sight(),
+                n_crit,
+            ),
             accepts_undecided_stability: false,
             transition_matrix: age_transitions(&problem.link, problem.length),
             open_loop_modulus: stability::open_loop_modulus(&problem.a),
@@ -130,13 +144,15 @@ impl Report {
         }
     }
 
-    /// Adds a certificate if the loop has [`Report::converged`]. Dense: slow for long sequences.
+    /// Adds a certificate for the numbers that are emitted if the loop has [`Report::converged`]. Dense: slow for long sequences.
     ///
     /// # Errors
     /// The loop is stable by its figures, but rounding does not let it be proved.
     pub fn certify(&mut self) -> Result<(), NotCertified> {
         if self.converged() {
-            self.certificate = Some(certify(&LoopProblem::of(&self.design), &self.solution)?);
+            let gains = self.solution.emitted_gains(self.design.controller.scalar);
+            self.certificate =
+                Some(certify_gains(&LoopProblem::of(&self.design), &gains, self.emitted_rate)?);
         }
         Ok(())
     }

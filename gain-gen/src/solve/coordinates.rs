@@ -3,7 +3,7 @@
 //! They come from the data, by [`crate::balance`], so that no verdict and no gain depends on the units of the design.
 //! All of them are powers of two: going there and back is exact.
 
-use super::{LoopProblem, Solution};
+use super::{Law, LoopProblem, Solution};
 use crate::balance::{power_of_two, state_units};
 use nalgebra::DMatrix;
 use slqg::synthesis::Dimensions;
@@ -64,6 +64,20 @@ impl Coordinates {
             r: scaled(&problem.r, &|i| e[i], e),
             ..problem.clone()
         }
+    }
+
+    /// A law of the design's as one for these coordinates.
+    pub(super) fn express_law(&self, law: &Law) -> Law {
+        let (d, e) = (&self.states, &self.inputs);
+        let input = |stacked: usize| e[stacked % e.len()];
+        let mut law = law.clone();
+        for (i, j) in grid(&law.lx) {
+            law.lx[(i, j)] *= d[j] / input(i);
+        }
+        for (i, j) in grid(&law.m) {
+            law.m[(i, j)] *= input(j) / input(i);
+        }
+        law
     }
 
     /// A cost over these states, `nx x nx`, as one over the design's.

@@ -2,6 +2,7 @@
 
 use super::{
     LoopProblem, NetworkFree, Outcome, Solution, Start,
+    coordinates::Coordinates,
     evaluation::solve_like,
     iterate::{Ending, Recursion, iterate},
     krylov::norm,
@@ -236,6 +237,31 @@ fn lasting(problem: &LoopProblem, free: Option<&NetworkFree>) -> DMatrix<f64> {
     }
     let later = power.tr_mul(&power);
     &later / later.amax() + one * SEED
+}
+
+/// Mean-square rate of any law, made with the link's own arrival probabilities, for the problem. THEORY 5.
+pub(super) fn rate_of(problem: &LoopProblem, law: &Law) -> f64 {
+    let units = Coordinates::of(problem);
+    let (problem, law) = (&units.express(problem), units.express_law(law));
+    let flat = Flat::new(problem);
+    let mut workspace = vec![0.0; flat.dimensions.workspace_len()];
+    let mut recursion = InFlightRecursion {
+        synthesis: flat.synthesis(&mut workspace),
+        problem: flat.problem(),
+        packing: Packing::new(&flat.dimensions),
+        alike: None,
+        lasting: lasting(problem, None),
+        remembered: None,
+        decays: false,
+    };
+    let gains: Vec<f64> = law
+        .lx
+        .row_iter()
+        .zip(law.m.row_iter())
+        .flat_map(|(lx, m)| lx.iter().chain(m.iter()).copied().collect::<Vec<_>>())
+        .collect();
+    recursion.synthesis.set_gains(&gains);
+    recursion.rate()
 }
 
 fn synthesis<'p, 'w>(problem: Problem<'p, f64>, workspace: &'w mut [f64]) -> Synthesis<'p, 'w, f64> {

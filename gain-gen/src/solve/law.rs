@@ -1,6 +1,7 @@
 //! The control law in both forms: `(Lx, M, r)` for the device, one gain per mode for comparison with the thesis.
 
 use super::LoopProblem;
+use crate::design::DeviceScalar;
 use nalgebra::DMatrix;
 use slqg::{DefaultInput, arrival, in_flight::add_newer};
 
@@ -30,6 +31,21 @@ impl Law {
             lx: gains.columns(0, states).into_owned(),
             m: gains.columns(states, gains.ncols() - states).into_owned(),
             arrival,
+        }
+    }
+
+    /// The law with every number as the device's scalar holds it: what is emitted.
+    pub fn rounded_to(&self, scalar: DeviceScalar) -> Self {
+        let rounded = |value: f64| match scalar {
+            DeviceScalar::F32 => f64::from(value as f32),
+            DeviceScalar::F64 => value,
+        };
+        Self {
+            length: self.length,
+            default_input: self.default_input,
+            lx: self.lx.map(rounded),
+            m: self.m.map(rounded),
+            arrival: self.arrival.iter().copied().map(rounded).collect(),
         }
     }
 

@@ -19,6 +19,7 @@
 //! | `krylov` | Arnoldi's process, on which the next two stand |
 //! | `spectral` | spectral radius of a linear map: the mean-square rate |
 //! | `radius` | spectral radius of a matrix, to the last digits |
+//! | `emitted` | the law with its numbers rounded for the device |
 //! | `evaluation` | fixed point of an affine map: the cost of given gains |
 //! | `sums` | the same for a loop that is a single matrix |
 //! | `packing` | the independent numbers of a cost-to-go |
@@ -35,6 +36,7 @@ mod closed_loop;
 mod coordinates;
 mod correlated;
 mod coupled;
+mod emitted;
 mod evaluation;
 mod finite_horizon;
 mod in_flight;

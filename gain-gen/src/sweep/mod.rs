@@ -101,7 +101,11 @@ impl Sweep {
 
 fn figures(design: &Design, problem: &LoopProblem, sight: Sight) -> LengthFigures {
     let solution = solve(problem, Method::InFlight);
-    let conditions = failed(design, problem, &solution, sight, None);
+    let emitted_rate = match solution.is_stabilising() {
+        true => solution.emitted_rate(problem, design.controller.scalar),
+        false => solution.mean_square_rate,
+    };
+    let conditions = failed(design, problem, &solution, emitted_rate, sight, None);
     LengthFigures {
         sequence_length: problem.length,
         default_input: problem.default_input,

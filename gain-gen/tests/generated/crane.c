@@ -7,7 +7,7 @@
 
 #include <string.h>
 
-#if CRANE_GENERATED != 0xb5137e33u
+#if CRANE_GENERATED != 0xa3e57095u
 #error "header and source were not generated together"
 #endif
 

@@ -6,7 +6,7 @@
  * Stability: undecided, which was accepted. Not shown:
  * - controller.input_limits: |lambda_max(A)| = 1.14651 > 1: from some states no input within the limits leads
  * back, and noise reaches one of them sooner or later. Gains, rate and costs are those of the loop before it
- * gets to its limits; host-sim limits counts how often it is lost
+ * gets to its limits; host-sim run counts how often it is lost
  *
  * The control law of one loop over a link that loses and delays packets, computed in f64 (double):
  *
@@ -70,7 +70,7 @@ extern "C" {
 /* Which design this is, as in blobs. */
 #define CRANE_DESIGN_ID 0xccc7a4e2u
 /* The same number in header and source tells that they were generated together. */
-#define CRANE_GENERATED 0xb5137e33u
+#define CRANE_GENERATED 0xa3e57095u
 
 /* A sequence as it was sent. */
 typedef struct {

@@ -4,7 +4,7 @@
 // Stability: undecided, which was accepted. Not shown:
 // - controller.input_limits: |lambda_max(A)| = 1.14651 > 1: from some states no input within the limits leads
 // back, and noise reaches one of them sooner or later. Gains, rate and costs are those of the loop before it
-// gets to its limits; host-sim limits counts how often it is lost
+// gets to its limits; host-sim run counts how often it is lost
 //
 // The control law, the plant and the settings of both nodes as constant data for the crate `slqg`.
 // Include it in a module of its own:

@@ -7,7 +7,7 @@
 // those of the loop with instant acknowledgements; host-sim run shows the loop as it is
 // - controller.input_limits: |lambda_max(A)| = 1, on the limit of stability: under limits nothing shows that the
 // second moments of the state stay bounded. Gains, rate and costs are those of the loop before it gets to its
-// limits; host-sim limits counts how often it is lost
+// limits; host-sim run counts how often it is lost
 //
 // The control law, the plant and the settings of both nodes as constant data for the crate `slqg`.
 // Include it in a module of its own:

@@ -10,6 +10,7 @@ use gain_gen::design::Design;
 use host_sim::{
     adaptation,
     contender::Contender,
+    losses,
     monte_carlo::{Outcome, Plan, Simulate},
     output::{self, Pictures, Simulation},
 };
@@ -62,8 +63,9 @@ pub(super) fn run(options: &Options) -> Result<(), Failure> {
         true => println!("{}", output::json(&simulation)),
         false => {
             print!("{}", output::table(&simulation));
+            let summaries: Vec<_> = simulation.outcomes.iter().map(|outcome| &outcome.summary).collect();
+            print!("{}", losses::table(plan, &summaries));
             if let Some(change) = &change {
-                let summaries: Vec<_> = simulation.outcomes.iter().map(|outcome| &outcome.summary).collect();
                 print!("{}", adaptation::table(change, plan, &summaries));
             }
         }

@@ -12,6 +12,7 @@ use crate::{
     contender::{Constrained, Contender, Deadband, Foresight},
     objective::Objective,
     plant::TruePlant,
+    recovery::Recovery,
     size_class::{MEMORY, SimScalar},
 };
 use ends::{actuator, grid, joining, model};
@@ -107,6 +108,8 @@ pub struct Fitted<T: Scalar, const NX: usize, const NU: usize, const NY: usize> 
     carried: [usize; Role::COUNT],
     /// The plant to simulate.
     pub plant: TruePlant<NX, NU, NY>,
+    /// From where its inputs lead back.
+    pub recovery: Recovery<NX>,
     /// What a run costs.
     pub objective: Objective<NX, NU>,
 }
@@ -115,6 +118,7 @@ impl<T: SimScalar, const NX: usize, const NU: usize, const NY: usize> Fitted<T, 
     /// The contender's laws, the design's plant for a model and the one it meets, padded to the class.
     pub fn new(design: &Design, contender: &Contender) -> Self {
         let inputs = design.plant.inputs();
+        let plant = contender.plant.as_ref().unwrap_or(&design.plant);
         let first = &contender.laws[0];
         let vector = |value: &DVector<f64>| {
             SVector::from_fn(|row, _| T::nearest(value.get(row).copied().unwrap_or(0.0)))
@@ -166,7 +170,8 @@ impl<T: SimScalar, const NX: usize, const NU: usize, const NY: usize> Fitted<T, 
             carried: contender.bus.as_ref().map_or([0; Role::COUNT], |plan| {
                 plan.messages.map(|message| message.map_or(0, |message| message.bytes))
             }),
-            plant: TruePlant::new(contender.plant.as_ref().unwrap_or(&design.plant)),
+            plant: TruePlant::new(plant),
+            recovery: Recovery::of(plant, design.controller.input_limits.as_deref()),
             objective: Objective::new(design, &contender.reference),
         }
     }

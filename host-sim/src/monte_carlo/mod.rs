@@ -7,6 +7,7 @@ use crate::{
     closed_loop::{self, RunPlan, RunResult, Snapshot},
     contender::Contender,
     fitted::{Fitted, Unfit},
+    losses::Losses,
     network::Network,
     size_class::{InSizeClass, SimScalar, TooLarge, dispatch},
 };
@@ -159,9 +160,11 @@ impl InSizeClass for Simulate<'_> {
         }
         let costs: Vec<f64> = results.iter().map(|result| result.cost).collect();
         let priced = total_costs(self.contender, &results);
+        let limits = &self.design.controller.input_limits;
+        let losses = limits.as_ref().map(|_| Losses::of(&results, steps, self.design.plant.sample_time));
         let summary = summarise(self.contender.kind, length, steps, &results, priced.as_deref());
         Ok(Outcome {
-            summary: Summary { adaptation: Adaptation::of(&windows), ..summary },
+            summary: Summary { adaptation: Adaptation::of(&windows), losses, ..summary },
             total_costs: priced.unwrap_or_else(|| costs.clone()),
             costs,
             ages: (0..=length).map(|age| runs.iter().map(|(_, ages, _)| ages[age]).sum()).collect(),

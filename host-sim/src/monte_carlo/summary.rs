@@ -4,6 +4,7 @@ use crate::{
     adaptation::Adaptation,
     closed_loop::{CycleRecord, RunResult},
     contender::{Contender, Kind},
+    losses::Losses,
 };
 use serde::Serialize;
 use slqg_links::loop_bus::LoopBus;
@@ -40,6 +41,9 @@ pub struct Summary {
     /// Costs before and after; only where the link to the actuator changes.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub adaptation: Option<Adaptation>,
+    /// How often the loop was lost; only where inputs have limits.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub losses: Option<Losses>,
 }
 
 /// Everything simulated for one controller.
@@ -105,6 +109,7 @@ pub fn summarise(
         mean_total_cost: priced(mean),
         total_std_error: priced(standard_error),
         adaptation: None,
+        losses: None,
     }
 }
 

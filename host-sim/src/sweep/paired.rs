@@ -45,7 +45,7 @@ mod tests {
 
     fn entries(costs: [f64; 3]) -> Vec<Entry> {
         let entry = |cost| Entry {
-            result: RunResult { cost, diverged: false, sent: 0, age_sum: 0, rejected: 0 },
+            result: RunResult { cost, diverged: false, lost_after: None, sent: 0, age_sum: 0, rejected: 0 },
             total_cost: None,
         };
         costs.map(entry).to_vec()

@@ -46,7 +46,7 @@ impl<'a> Row<'a> {
 
     /// Run number `run` of `case`.
     pub(super) fn new(case: &'a Case, run: u64, entry: &Entry) -> Self {
-        let RunResult { cost, diverged, sent, age_sum, rejected } = entry.result;
+        let RunResult { cost, diverged, sent, age_sum, rejected, .. } = entry.result;
         Self {
             design: &case.design,
             controller: case.controller.name(),
@@ -69,7 +69,9 @@ impl<'a> Row<'a> {
 
     pub(super) fn entry(&self) -> Entry {
         let Self { cost, total_cost, diverged, sent, age_sum, rejected, .. } = *self;
-        let result = RunResult { cost, diverged: diverged != 0, sent, age_sum, rejected };
+        // Not in the file.
+        let lost_after = None;
+        let result = RunResult { cost, diverged: diverged != 0, lost_after, sent, age_sum, rejected };
         Entry { result, total_cost }
     }
 }
@@ -91,7 +93,8 @@ mod tests {
     #[test]
     fn a_row_reads_as_it_was_written_to_the_last_bit() {
         let case = Case { design: "a, b".into(), controller: Kind::SlqgUdp, sequence_length: 3 };
-        let result = RunResult { cost: 0.1 + 0.2, diverged: true, sent: 4, age_sum: 5, rejected: 6 };
+        let result =
+            RunResult { cost: 0.1 + 0.2, diverged: true, lost_after: None, sent: 4, age_sum: 5, rejected: 6 };
         for (cost, total_cost) in
             [(0.1 + 0.2, None), (1e300, Some(f64::INFINITY)), (5e-324, Some(-0.0)), (1.0, Some(1.0 / 3.0))]
         {

@@ -61,6 +61,11 @@ pub enum FailedCondition {
         /// `q_lim`: above it the error stays bounded.
         limit: f64,
     },
+    /// Rounding to the device's scalar takes the loop's stability, which it has with exact gains.
+    Rounded {
+        /// Mean-square rate with the numbers that are emitted, not below 1.
+        rate: f64,
+    },
     /// The estimator does not always know what was applied: nothing proves that the loop with it is stable.
     Unacknowledged {
         /// Probability that an acknowledgement is there before the next cycle; 0 where there are none.
@@ -86,7 +91,8 @@ impl FailedCondition {
             Self::RunsDry { .. }
             | Self::NoFixedPoint { .. }
             | Self::LosesSight { .. }
-            | Self::ErrorGrows { .. } => false,
+            | Self::ErrorGrows { .. }
+            | Self::Rounded { .. } => false,
         }
     }
 
@@ -103,7 +109,7 @@ impl FailedCondition {
 
     /// Whether it is about the loop of the theorems: gains with the state known, and the filter.
     pub const fn is_of_theorems(&self) -> bool {
-        !matches!(self, Self::Unacknowledged { .. } | Self::Limited { .. })
+        !matches!(self, Self::Rounded { .. } | Self::Unacknowledged { .. } | Self::Limited { .. })
     }
 }
 
@@ -112,13 +118,18 @@ pub(crate) fn failed(
     design: &Design,
     problem: &LoopProblem,
     solution: &Solution,
+    emitted_rate: f64,
     sight: Sight,
     critical: Option<usize>,
 ) -> Vec<FailedCondition> {
-    [control(problem, solution, critical), estimation(design, sight), acknowledgement(design), limits(design)]
-        .into_iter()
-        .flatten()
-        .collect()
+    let conditions = [
+        control(problem, solution, critical),
+        estimation(design, sight),
+        rounding(solution, emitted_rate),
+        acknowledgement(design),
+        limits(design),
+    ];
+    conditions.into_iter().flatten().collect()
 }
 
 /// Where Theorem 3.4 b) fails the recursion must diverge; that is not told twice.
@@ -155,6 +166,11 @@ fn estimation(design: &Design, sight: Sight) -> Option<FailedCondition> {
         }
         EstimationVerdict::Unstable => Some(FailedCondition::ErrorGrows { arrival, limit }),
     }
+}
+
+fn rounding(solution: &Solution, rate: f64) -> Option<FailedCondition> {
+    let is_stable = rate < 1.0;
+    (solution.is_stabilising() && !is_stable).then_some(FailedCondition::Rounded { rate })
 }
 
 fn acknowledgement(design: &Design) -> Option<FailedCondition> {

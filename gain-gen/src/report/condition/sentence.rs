@@ -55,6 +55,12 @@ impl Display for FailedCondition {
                 write!(f, "from the limit q_lim = {limit}: whether the error of the estimate stays bounded is not ")?;
                 f.write_str("decided; above the limit it does")
             }
+            Self::Rounded { rate } => write!(
+                f,
+                "controller.scalar: the gains rounded to f32 have the mean-square rate {} >= 1, the exact ones are \
+                 stable: the loop is too close to the limit of stability; choose \"f64\"",
+                figure(*rate)
+            ),
             Self::Unacknowledged { in_time } => {
                 f.write_str("network.acknowledgement: ")?;
                 match *in_time {
@@ -71,13 +77,13 @@ impl Display for FailedCondition {
                 f,
                 "controller.input_limits: |lambda_max(A)| = {} > 1: from some states no input within the limits leads \
                  back, and noise reaches one of them sooner or later. Gains, rate and costs are those of the loop \
-                 before it gets to its limits; host-sim limits counts how often it is lost",
+                 before it gets to its limits; host-sim run counts how often it is lost",
                 figure(*modulus)
             ),
             Self::Limited { .. } => f.write_str(
                 "controller.input_limits: |lambda_max(A)| = 1, on the limit of stability: under limits nothing shows \
                  that the second moments of the state stay bounded. Gains, rate and costs are those of the loop before \
-                 it gets to its limits; host-sim limits counts how often it is lost",
+                 it gets to its limits; host-sim run counts how often it is lost",
             ),
         }
     }

@@ -59,6 +59,8 @@ pub(crate) struct Document<'r> {
     policy_iterations: usize,
     /// Estimated error of the gains relative to the largest; null unless converged.
     gain_error: Option<f64>,
+    /// Mean-square rate with the numbers that are emitted.
+    emitted_rate: f64,
     estimation: EstimationFigures,
     /// Of a length that was chosen; null where it was given.
     length_tolerance: Option<f64>,
@@ -151,6 +153,7 @@ impl<'r> Document<'r> {
             failed_conditions: report.failed_conditions.iter().map(FailedCondition::to_string).collect(),
             n_v: report.in_flight(),
             policy_iterations: solution.policy_iterations,
+            emitted_rate: report.emitted_rate,
             gain_error: solution.gain_error.is_finite().then_some(solution.gain_error),
             estimation: EstimationFigures {
                 q_arr: report.estimation.arrival,
@@ -193,7 +196,8 @@ impl Report {
 
     /// The certificate's file, if there is one: see [`crate::certificate`].
     pub fn certificate_json(&self) -> Option<String> {
-        let (problem, gains) = (LoopProblem::of(&self.design), self.solution.mode_gains());
+        let (problem, gains) =
+            (LoopProblem::of(&self.design), self.solution.emitted_gains(self.design.controller.scalar));
         Some(self.certificate.as_ref()?.to_json(&self.design.name, &problem, &gains))
     }
 }

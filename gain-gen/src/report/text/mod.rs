@@ -257,7 +257,11 @@ impl Report {
         let law = &self.solution.law;
         let size = |floats: usize| format!("{} numbers, {} bytes", grouped(floats), grouped(floats * bytes));
         writeln!(f, "\nTables on the device, {}", scalar_name(scalar))?;
-        line(f, "Lx, M, r", size(law.table_floats()))?;
+        let rate = match scalar {
+            DeviceScalar::F32 => format!("; mean-square rate {} with them", figure(self.emitted_rate)),
+            DeviceScalar::F64 => String::new(),
+        };
+        line(f, "Lx, M, r", size(law.table_floats()) + &rate)?;
         if let Some(floats) = self.preview_floats() {
             line(f, "preview gains", size(floats))?;
         }

@@ -1,0 +1,37 @@
+//! The law as it is emitted, every number rounded to the device's scalar, in the exact plant's loop.
+
+use super::{LoopProblem, Solution, closed_loop::mean_square_rate, in_flight::rate_of};
+use crate::design::DeviceScalar;
+use nalgebra::DMatrix;
+use slqg::arrival::table_len;
+
+/// Numbers of the dense second moments up to which they are gone through: they see the rounding of `r`, too.
+const DENSE: usize = 4_000;
+
+impl Solution {
+    /// `L(i)` as the device computes with it, for every age `i = 0..=N`: the numbers that are emitted, arithmetic exact.
+    pub fn emitted_gains(&self, scalar: DeviceScalar) -> Vec<DMatrix<f64>> {
+        match (&self.coupled_gains, scalar) {
+            (Some(gains), DeviceScalar::F64) => gains.clone(),
+            (Some(gains), DeviceScalar::F32) => {
+                gains.iter().map(|gain| gain.map(|value| f64::from(value as f32))).collect()
+            }
+            (None, _) => self.law.rounded_to(scalar).mode_gains(),
+        }
+    }
+
+    /// Mean-square rate of the loop with the numbers that are emitted. Of sequences too long for the dense second moments,
+    /// `Lx` and `M` are rounded and `r` is exact.
+    pub fn emitted_rate(&self, problem: &LoopProblem, scalar: DeviceScalar) -> f64 {
+        let size = problem.a.nrows() + problem.b.ncols() * (table_len(problem.length) + 1);
+        match scalar {
+            DeviceScalar::F64 => self.mean_square_rate,
+            DeviceScalar::F32
+                if self.coupled_gains.is_some() || (problem.length + 1) * size * size <= DENSE =>
+            {
+                mean_square_rate(problem, &self.emitted_gains(scalar))
+            }
+            DeviceScalar::F32 => rate_of(problem, &self.law.rounded_to(scalar)),
+        }
+    }
+}
