@@ -130,6 +130,12 @@ fn resonances_that_are_sampled_or_damped_are_not_told() {
 }
 
 #[test]
+fn a_discrete_plant_that_alternates_has_no_resonance() {
+    let alternates = changed(DOUBLE_INTEGRATOR, &[("a = [[1, 1], [0, 1]]", "a = [[-0.95, 1], [0, 1]]")]);
+    assert_eq!(warnings(&alternates), []);
+}
+
+#[test]
 fn growth_within_a_cycle_is_told() {
     let slow = changed(PENDULUM, &[("sample_time = 0.02", "sample_time = 0.2")]);
     let found = of_design(&Design::parse(&slow, "design.toml").expect("a design"));

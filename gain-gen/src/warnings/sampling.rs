@@ -52,7 +52,8 @@ pub(super) fn of_plant(design: &Design) -> Vec<Warning> {
     let Some(exponents) = Exponents::of(design) else { return Vec::new() };
     let mut found = Vec::new();
     if exponents.are_discrete {
-        let ringing = exponents.fastest(|value| value.im > COARSE && value.re > -RINGS);
+        // A single negative eigenvalue is no resonance that was sampled: those come in pairs.
+        let ringing = exponents.fastest(|value| (COARSE..PI).contains(&value.im) && value.re > -RINGS);
         found.extend(ringing.map(|resonance| coarse(design, resonance)));
     } else if let Some(resonance) = exponents.fastest(|value| value.im > PI) {
         found.push(aliased(design, resonance));
