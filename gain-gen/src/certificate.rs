@@ -9,6 +9,7 @@
 
 mod verification;
 
+use crate::balance::{power_of_two, state_units};
 use crate::report::{default_input_name, figure, line_per_field, rows};
 use crate::solve::{
     ClosedLoop, LoopProblem, ModeChain, Solution, age_transitions, mean_square_rate, modes, solve_correction,
@@ -163,9 +164,14 @@ fn future_cost(problem: &LoopProblem, gains: &[DMatrix<f64>], growth: f64) -> Op
 /// those of `Q`, raised where it does not see a state, and of `R` for every input in flight. `n` values.
 fn stage_weights(problem: &LoopProblem, size: usize) -> Vec<f64> {
     let (nx, nu) = problem.b.shape();
-    let root = |value: f64| if value > 0.0 { value.sqrt().log2().round().exp2() } else { 1.0 };
-    let largest = problem.q.diagonal().max();
-    let of_state = |state: usize| root(problem.q[(state, state)].max(LEAST_WEIGHT * largest));
+    let root = |value: f64| if value > 0.0 { power_of_two(value.sqrt()) } else { 1.0 };
+    // Weights are compared in units that come from the plant: those of the design must not decide.
+    let seen = problem.q.diagonal().map(|weight| weight.max(0.0).sqrt());
+    let inflow = DMatrix::from_fn(nx, nu, |i, j| problem.b[(i, j)] / root(problem.r[(j, j)]));
+    let units = state_units(&problem.a, &inflow, &DMatrix::from_diagonal(&seen));
+    let largest = seen.iter().zip(&units).map(|(weight, unit)| (weight * unit).powi(2)).fold(0.0, f64::max);
+    let of_state =
+        |state: usize| root(problem.q[(state, state)].max(LEAST_WEIGHT * largest / units[state].powi(2)));
     let of_input = |input: usize| root(problem.r[(input, input)]);
     (0..size).map(|at| if at < nx { of_state(at) } else { of_input((at - nx) % nu) }).collect()
 }

@@ -3,7 +3,7 @@
 //! Whether given gains stabilise is decided by their mean-square rate, in [`crate::solve`].
 
 use crate::design::{DelayDistribution, LONGEST_SEQUENCE, Plant, modes};
-use crate::solve::{LoopProblem, Method, Outcome, Solution, solve};
+use crate::solve::{LoopProblem, Outcome, Solution, Start};
 use nalgebra::DMatrix;
 use slqg::DefaultInput;
 
@@ -60,12 +60,16 @@ pub fn shortest_admissible_length(problem: &LoopProblem) -> Option<usize> {
     (1..=longest).find(|&length| dry_probability(&problem.link, length) * squared <= 1.0)
 }
 
-/// Shortest length whose recursion converges to stabilising gains, `N_crit`.
+/// Shortest length whose recursion converges to stabilising gains, `N_crit`, for weights that see every mode that does not decay.
 ///
-/// Looks from `N_min` to some lengths beyond the problem's own; `None` if none of them stabilises. `own` is the solution for
-/// the problem's own length, which is not sought again.
-pub fn critical_length(problem: &LoopProblem, own: &Solution) -> Option<usize> {
+/// Looks from `N_min` to some lengths beyond the problem's own; `None` if none of them stabilises. `start` is
+/// the problem made ready, and `own` the solution for its own length, which is not sought again.
+pub(crate) fn critical_length(problem: &LoopProblem, start: &Start, own: &Solution) -> Option<usize> {
     let shortest = shortest_admissible_length(problem)?;
+    if problem.default_input == DefaultInput::Zero && open_loop_modulus(&problem.a) < 1.0 {
+        // Sending zeros stabilises a plant that decays.
+        return Some(shortest);
+    }
     let longest = (shortest.max(problem.length) + LENGTHS_BEYOND).min(LONGEST_SEQUENCE);
     // With zero default input a longer sequence can end in zeros: where it does not stabilise, no shorter one does.
     let is_monotone = problem.default_input == DefaultInput::Zero;
@@ -74,7 +78,7 @@ pub fn critical_length(problem: &LoopProblem, own: &Solution) -> Option<usize> {
         if length == problem.length {
             return own.is_stabilising();
         }
-        solve(&problem.with_length(length), Method::InFlight).is_stabilising()
+        start.with_length(length).converges()
     })
 }
 

@@ -4,6 +4,7 @@
 //! The claims themselves are in `tests/tests/`, one file per claim and named after it.
 
 pub mod accuracy;
+pub mod drawn;
 pub mod page;
 
 use gain_gen::{design::DelayDistribution, solve::LoopProblem};

@@ -21,8 +21,8 @@ use crate::estimation::Estimation;
 use crate::figure;
 use crate::margins::{Margins, margins};
 use crate::solve::{
-    FiniteHorizon, LoopProblem, Method, Outcome, PreviewGains, PreviewTooLong, Solution, TriggerTables,
-    age_transitions, solve, trigger_tables,
+    FiniteHorizon, LoopProblem, Method, Outcome, PreviewGains, PreviewTooLong, Solution, Start,
+    TriggerTables, age_transitions, trigger_tables,
 };
 use crate::stability;
 use crate::warnings::{self, Warning};
@@ -91,11 +91,12 @@ impl Report {
     /// gains and the event trigger come from it too: the coupled one has no such form of them.
     pub fn new(design: &Design, method: Method) -> Self {
         let problem = LoopProblem::of(design);
-        let solution = solve(&problem, method);
+        let start = Start::of(&problem);
+        let solution = start.solve(method);
         let n_min = stability::shortest_admissible_length(&problem);
-        let n_crit = stability::critical_length(&problem, &solution);
+        let n_crit = stability::critical_length(&problem, &start, &solution);
         let needs_more = method == Method::Coupled && (design.tracking.is_some() || design.event.is_some());
-        let in_flight = needs_more.then(|| solve(&problem, Method::InFlight));
+        let in_flight = needs_more.then(|| start.solve(Method::InFlight));
         let steady = in_flight.as_ref().unwrap_or(&solution);
         let estimation = Estimation::of(design, &solution);
         let emitted_rate = match solution.is_stabilising() {

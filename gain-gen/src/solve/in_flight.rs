@@ -101,6 +101,8 @@ struct InFlightRecursion<'p, 'w> {
     alike: Option<Sums>,
     /// Whether the plant decays when left alone, or sent zeros.
     decays: bool,
+    /// Whether it matters how fast a loop that is stable forgets.
+    is_timed: bool,
     /// Cost of the state, `nx x nx`, in which what the loop without a network forgets last stands out.
     lasting: DMatrix<f64>,
     /// The cost-to-go, packed, at some step before.
@@ -186,6 +188,10 @@ impl Recursion for InFlightRecursion<'_, '_> {
         near_one.unwrap_or(found)
     }
 
+    fn settled_rate(&self) -> f64 {
+        if self.is_timed { self.rate() } else { 0.0 }
+    }
+
     fn memory(&self) -> usize {
         self.problem.dimensions.in_flight() + 1
     }
@@ -268,13 +274,11 @@ fn synthesis<'p, 'w>(problem: Problem<'p, f64>, workspace: &'w mut [f64]) -> Syn
     Synthesis::new(problem, workspace).expect("slices and workspace are made to the problem's dimensions")
 }
 
-/// The start at its fixed point.
-pub(super) fn solve(start: &Start) -> Solution {
+/// The recursion from the start on.
+fn recursion<'p, 'w>(start: &Start, flat: &'p Flat, workspace: &'w mut [f64]) -> InFlightRecursion<'p, 'w> {
     let problem = &start.problem;
-    let flat = Flat::new(problem);
-    let mut workspace = vec![0.0; flat.dimensions.workspace_len()];
     let mut recursion = InFlightRecursion {
-        synthesis: flat.synthesis(&mut workspace),
+        synthesis: flat.synthesis(workspace),
         problem: flat.problem(),
         packing: Packing::new(&flat.dimensions),
         alike: start
@@ -285,8 +289,28 @@ pub(super) fn solve(start: &Start) -> Solution {
         remembered: None,
         decays: stability::open_loop_modulus(&problem.a) < 1.0
             && (problem.default_input == DefaultInput::Zero || !stability::runs_dry(problem)),
+        is_timed: true,
     };
     recursion.synthesis.restart(start.cost_to_go().as_slice());
+    recursion
+}
+
+/// Whether the recursion converges: the cost is bounded, and so is every state that shows in it.
+pub(super) fn converges(start: &Start) -> bool {
+    let problem = &start.problem;
+    let flat = Flat::new(problem);
+    let mut workspace = vec![0.0; flat.dimensions.workspace_len()];
+    let mut recursion = recursion(start, &flat, &mut workspace);
+    recursion.is_timed = false;
+    iterate(&mut recursion, start.cost_scale(), stability::runs_dry(problem)).outcome == Outcome::Converged
+}
+
+/// The start at its fixed point.
+pub(super) fn solve(start: &Start) -> Solution {
+    let problem = &start.problem;
+    let flat = Flat::new(problem);
+    let mut workspace = vec![0.0; flat.dimensions.workspace_len()];
+    let mut recursion = recursion(start, &flat, &mut workspace);
     let free = start.free.as_ref().filter(|_| problem.is_network_free());
     let ending = match free {
         // Already there: the step says how well the solution fits its equation.

@@ -26,6 +26,10 @@ pub(super) trait Recursion {
     fn size(&self) -> f64;
     /// Mean-square rate of the closed loop with the gains of the last step.
     fn rate(&self) -> f64;
+    /// The same where the cost-to-go has converged; anything below 1 if nobody asks how fast the loop forgets.
+    fn settled_rate(&self) -> f64 {
+        self.rate()
+    }
     /// Replaces the cost-to-go by that of keeping the gains of the last step for ever, to `accuracy` of itself; false if
     /// it cannot.
     fn evaluate(&mut self, accuracy: f64) -> bool;
@@ -134,7 +138,7 @@ pub(super) fn iterate(recursion: &mut impl Recursion, scale: f64, doomed: bool) 
         let at_floor = stalled >= PATIENCE || policy.is_exhausted(recursion.memory());
         if residual <= RESIDUAL || (residual <= ROUNDING_FLOOR && at_floor) {
             let gains = settle_gains(recursion, &mut ending);
-            ending.mean_square_rate = recursion.rate();
+            ending.mean_square_rate = recursion.settled_rate();
             // A cost that does not see an unstable mode converges and stabilises nothing.
             let stabilised = ending.mean_square_rate < 1.0;
             let to_come = residual / (1.0 - ending.mean_square_rate);

@@ -225,12 +225,7 @@ impl Solution {
 
 /// Solves in balanced coordinates, from the solution without a network where there is one.
 pub fn solve(problem: &LoopProblem, method: Method) -> Solution {
-    let start = Start::of(problem);
-    let solution = match method {
-        Method::InFlight => in_flight::solve(&start),
-        Method::Coupled => coupled::solve(&start),
-    };
-    start.coordinates.restore(solution, &in_flight::dimensions(problem))
+    Start::of(problem).solve(method)
 }
 
 /// A problem made ready to be solved.
@@ -244,7 +239,32 @@ pub(crate) struct Start {
 }
 
 impl Start {
-    fn of(problem: &LoopProblem) -> Self {
+    /// Solves it.
+    pub(crate) fn solve(&self, method: Method) -> Solution {
+        let solution = match method {
+            Method::InFlight => in_flight::solve(self),
+            Method::Coupled => coupled::solve(self),
+        };
+        self.coordinates.restore(solution, &in_flight::dimensions(&self.problem))
+    }
+
+    /// Whether the in-flight recursion converges. Where the weights see every mode that does not decay, as those of a design do,
+    /// its gains then stabilise the loop; their rate is not computed.
+    pub(crate) fn converges(&self) -> bool {
+        in_flight::converges(self)
+    }
+
+    /// The same with sequences of `length` inputs, of which neither units nor the solution without a network know.
+    pub(crate) fn with_length(&self, length: usize) -> Self {
+        Self {
+            coordinates: self.coordinates.clone(),
+            problem: self.problem.with_length(length),
+            free: self.free.clone(),
+        }
+    }
+
+    /// `problem` made ready.
+    pub(crate) fn of(problem: &LoopProblem) -> Self {
         let coordinates = Coordinates::of(problem);
         let balanced = coordinates.express(problem);
         let Some(free) = network_free(&balanced) else {

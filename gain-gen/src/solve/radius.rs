@@ -25,8 +25,17 @@ pub(super) fn radius(matrix: &DMatrix<Extended>) -> f64 {
         power.apply(|entry| *entry = *entry * unit);
         power = product(&power, &power);
     }
-    let mut power = rounded(&power);
-    for _ in wide..SQUARINGS {
+    squared(growth, rounded(&power), SQUARINGS - wide)
+}
+
+/// The same to the digits that squaring in `f64` leaves: what decays fast, and what is only to be judged.
+pub(super) fn rough_radius(matrix: &DMatrix<f64>) -> f64 {
+    squared(Growth { logarithm: 0.0, weight: 1.0 }, matrix.clone(), SQUARINGS)
+}
+
+/// The radius from the growth of the powers up to this one, and of so many more.
+fn squared(mut growth: Growth, mut power: DMatrix<f64>, times: usize) -> f64 {
+    for _ in 0..times {
         let size = power.amax();
         let Some(scale) = growth.takes(size) else { return if size == 0.0 { 0.0 } else { f64::INFINITY } };
         power *= scale;

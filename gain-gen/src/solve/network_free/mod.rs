@@ -12,7 +12,7 @@ mod doubling;
 mod refinement;
 
 use super::LoopProblem;
-use super::radius::radius;
+use super::radius::{radius, rough_radius};
 use crate::extended::{rounded, widened};
 use doubling::doubling;
 use nalgebra::DMatrix;
@@ -28,7 +28,7 @@ pub(super) struct NetworkFree {
     pub(super) cost_to_go: DMatrix<f64>,
     /// `K`, `nu x nx`: `u = K x`.
     pub(super) gain: DMatrix<f64>,
-    /// Spectral radius of `A + B K`.
+    /// Spectral radius of `A + B K`, to the last digit where the problem has no network.
     pub(super) radius: f64,
     /// How far the gains may be off, relative to the largest of their row: what the last correction moved.
     pub(super) error: f64,
@@ -52,7 +52,8 @@ pub(super) fn network_free(problem: &LoopProblem) -> Option<NetworkFree> {
         }
     };
     let Refined { cost, gain, closed, error } = found;
-    let radius = radius(&closed);
+    // Where there is a network it is not the rate of the loop, only of what the recursion starts from.
+    let radius = if problem.is_network_free() { radius(&closed) } else { rough_radius(&rounded(&closed)) };
     (radius < 1.0).then(|| NetworkFree { cost_to_go: rounded(&cost), gain: rounded(&gain), radius, error })
 }
 
