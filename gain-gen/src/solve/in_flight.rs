@@ -259,6 +259,7 @@ pub(super) fn rate_of(problem: &LoopProblem, law: &Law) -> f64 {
         lasting: lasting(problem, None),
         remembered: None,
         decays: false,
+        is_timed: true,
     };
     let gains: Vec<f64> = law
         .lx
