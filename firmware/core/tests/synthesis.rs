@@ -125,7 +125,9 @@ fn one_input_over_a_perfect_link_is_the_linear_quadratic_regulator() {
         case.survival = vec![0.0; 1];
         let case = with_delays(case, &[1.0], 0.0);
         let mut workspace = workspace(case.dimensions);
-        let Some(synthesis) = case.solve(&mut workspace) else { panic!("random plants are stabilisable") };
+        let Some(mut synthesis) = case.solve(&mut workspace) else {
+            panic!("random plants are stabilisable")
+        };
         let Dimensions { states: nx, inputs: nu, .. } = case.dimensions;
         // Zero-padded to one size; a unit weight keeps the inputs that do not exist at zero.
         let pad = |values: &[f64], rows: usize, columns: usize| {
@@ -194,7 +196,6 @@ fn a_recursion_that_has_overflowed_never_looks_settled() {
         assert!(synthesis.optimal_step() > 0.1, "step {step}");
     }
     assert!(!synthesis.cost_to_go()[0].is_finite());
-    assert!(synthesis.fixed_step() > 0.1);
 }
 
 #[test]

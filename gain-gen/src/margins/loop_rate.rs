@@ -9,7 +9,7 @@ use super::arrivals::Arrivals;
 use super::change::{Change, Dynamics};
 use super::filter::{Coordinates, Situation, state_known, with_filter};
 use crate::design::Plant;
-use crate::solve::{Law, Packing, row_major, spectral_radius};
+use crate::solve::{Law, row_major, spectral_radius};
 use nalgebra::DMatrix;
 use slqg::synthesis::{Dimensions, Problem, Synthesis};
 
@@ -98,13 +98,11 @@ impl LoopAsRun {
                 synthesis
             })
             .collect();
-        let packing = Packing::new(&dimensions);
         // Inside the cone of costs: the square of the loop's state, in which all of it shows.
         let mut one = vec![0.0; dimensions.value_len()];
         let squares = dimensions.states * dimensions.states;
         one[..squares].iter_mut().step_by(dimensions.states + 1).for_each(|entry| *entry = 1.0);
-        let one = packing.pack(&one);
-        let size = packing.len();
+        let size = one.len();
         let mut mean = vec![0.0; size];
         spectral_radius(&one.repeat(self.situations.len()), STRIDES, |from, to| {
             let parts = syntheses.iter_mut().zip(&self.next).zip(to.chunks_exact_mut(size));
@@ -114,9 +112,9 @@ impl LoopAsRun {
                     let after = &from[state * size..][..size];
                     mean.iter_mut().zip(after).for_each(|(sum, value)| *sum += probability * value);
                 }
-                packing.unpack(&mean, synthesis.value_mut());
+                synthesis.value_mut().copy_from_slice(&mean);
                 synthesis.fixed_step();
-                packing.pack_into(synthesis.value(), to);
+                to.copy_from_slice(synthesis.value());
             }
         })
     }

@@ -10,7 +10,6 @@ use super::{
     coupled::solve_semidefinite,
     in_flight::Flat,
     iterate::{Recursion, iterate},
-    packing::Packing,
     spectral::spectral_radius,
 };
 use crate::design::{DelayDistribution, MarkovLink};
@@ -71,7 +70,6 @@ pub fn solve_channel(problem: &LoopProblem, channel: &MarkovLink) -> ChannelSolu
                 .map(|(link, workspace)| link.synthesis(workspace))
                 .collect(),
         ),
-        packing: Packing::new(&dimensions),
         values: vec![start; links.len()],
         gains: vec![vec![0.0; dimensions.sequence_rows() * dimensions.gain_columns()]; links.len()],
     };
@@ -112,7 +110,6 @@ struct ChannelRecursion<'p, 'w> {
     steps: Vec<Synthesis<'p, 'w, f64>>,
     /// The same without stage cost.
     homogeneous: RefCell<Vec<Synthesis<'p, 'w, f64>>>,
-    packing: Packing,
     /// Cost-to-go by state of the channel in the cycle before.
     values: Vec<Vec<f64>>,
     /// `[Lx M]` likewise, row-major.
@@ -185,7 +182,7 @@ impl Recursion for ChannelRecursion<'_, '_> {
         false
     }
 
-    fn gains(&self) -> Vec<f64> {
+    fn gains(&mut self) -> Vec<f64> {
         self.gains.concat()
     }
 
@@ -197,25 +194,17 @@ impl Recursion for ChannelRecursion<'_, '_> {
         self.steps[0].dimensions().in_flight() + 1
     }
 
-    fn rate(&self) -> f64 {
+    fn rate(&mut self) -> f64 {
         let states = self.steps[0].dimensions().states;
         let mut start = vec![0.0; self.values[0].len()];
         start[..states * states].iter_mut().step_by(states + 1).for_each(|entry| *entry = 1.0);
-        let packed = self.packing.pack(&start);
-        let length = packed.len();
+        let length = start.len();
         let mut steps = self.homogeneous.borrow_mut();
-        spectral_radius(&packed.repeat(self.values.len()), [1, 4, 4], |from, to| {
-            let values: Vec<Vec<f64>> = from
-                .chunks_exact(length)
-                .map(|packed| {
-                    let mut value = vec![0.0; start.len()];
-                    self.packing.unpack(packed, &mut value);
-                    value
-                })
-                .collect();
+        spectral_radius(&start.repeat(self.values.len()), [1, 4, 4], |from, to| {
+            let values: Vec<Vec<f64>> = from.chunks_exact(length).map(<[f64]>::to_vec).collect();
             let next = back(self.channel, &mut steps, &self.gains, &values);
             for (value, to) in next.iter().zip(to.chunks_exact_mut(length)) {
-                self.packing.pack_into(value, to);
+                to.copy_from_slice(value);
             }
         })
     }

@@ -100,7 +100,7 @@ impl Recursion for CoupledRecursion {
         false
     }
 
-    fn gains(&self) -> Vec<f64> {
+    fn gains(&mut self) -> Vec<f64> {
         self.gains.iter().flat_map(|gain| gain.iter().copied()).collect()
     }
 
@@ -112,7 +112,7 @@ impl Recursion for CoupledRecursion {
         self.modes.len()
     }
 
-    fn rate(&self) -> f64 {
+    fn rate(&mut self) -> f64 {
         self.closed_loop().rate()
     }
 }

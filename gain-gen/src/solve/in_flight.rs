@@ -7,7 +7,6 @@ use super::{
     iterate::{Ending, Recursion, iterate},
     krylov::norm,
     law::Law,
-    packing::Packing,
     radius::radius,
     spectral::{CLEARLY_UNSTABLE, RESOLVENT, largest_real_near_one, settled_radius},
     sums::Sums,
@@ -96,7 +95,6 @@ pub(crate) fn row_major(matrix: &DMatrix<f64>) -> Vec<f64> {
 struct InFlightRecursion<'p, 'w> {
     synthesis: Synthesis<'p, 'w, f64>,
     problem: Problem<'p, f64>,
-    packing: Packing,
     /// Costs of a loop without a network, which a slow plant's differ little from.
     alike: Option<Sums>,
     /// Whether the plant decays when left alone, or sent zeros.
@@ -120,36 +118,37 @@ const SEED: f64 = 1e-3;
 const SQUARINGS: usize = 6;
 
 impl InFlightRecursion<'_, '_> {
-    /// How the cost-to-go, packed, has changed since it was remembered, scaled to length 1; `None` if it has not.
+    /// How the cost-to-go has changed since it was remembered, scaled to length 1; `None` if it has not.
     fn moved(&self) -> Option<Vec<f64>> {
-        let mut moved = self.packing.pack(self.synthesis.value());
+        let mut moved = self.synthesis.value().to_vec();
         let remembered = self.remembered.as_ref()?;
         moved.iter_mut().zip(remembered).for_each(|(now, before)| *now -= before);
         let length = norm(&moved);
         (length > 0.0 && length.is_finite()).then(|| moved.iter().map(|entry| entry / length).collect())
     }
 
-    /// About the cost-to-go whose step takes `stage` off it, both packed.
-    fn alike(&self, stage: &[f64]) -> Vec<f64> {
-        match &self.alike {
-            Some(sums) => sums.of_packed(self.problem.dimensions.states, stage),
-            None => stage.to_vec(),
-        }
-    }
-
     /// Calls `work` with the linear map of THEORY 5, the step with the present gains and without stage cost, acting on
-    /// packed costs-to-go.
-    fn with_map<R>(&self, work: impl FnOnce(&mut dyn FnMut(&[f64], &mut [f64])) -> R) -> R {
+    /// costs-to-go as the core lays them out: their independent numbers, and the symmetric `P` as a whole. The second
+    /// argument gives about the cost-to-go whose step takes `stage` off it.
+    fn with_map<R>(
+        &mut self,
+        work: impl FnOnce(&mut dyn FnMut(&[f64], &mut [f64]), &dyn Fn(&[f64]) -> Vec<f64>) -> R,
+    ) -> R {
         let Dimensions { states, inputs, .. } = self.problem.dimensions;
         let (no_q, no_r) = (vec![0.0; states * states], vec![0.0; inputs * inputs]);
         let mut workspace = vec![0.0; self.problem.dimensions.workspace_len()];
         let mut homogeneous = synthesis(Problem { q: &no_q, r: &no_r, ..self.problem }, &mut workspace);
         homogeneous.set_gains(self.synthesis.gains());
-        work(&mut |from, to| {
-            self.packing.unpack(from, homogeneous.value_mut());
+        let mut map = |from: &[f64], to: &mut [f64]| {
+            homogeneous.value_mut().copy_from_slice(from);
             homogeneous.fixed_step();
-            self.packing.pack_into(homogeneous.value(), to);
-        })
+            to.copy_from_slice(homogeneous.value());
+        };
+        let alike = |stage: &[f64]| match &self.alike {
+            Some(sums) => sums.of_value(states, stage),
+            None => stage.to_vec(),
+        };
+        work(&mut map, &alike)
     }
 }
 
@@ -163,7 +162,7 @@ impl Recursion for InFlightRecursion<'_, '_> {
         self.synthesis.cost_to_go().iter().step_by(states + 1).sum()
     }
 
-    fn rate(&self) -> f64 {
+    fn rate(&mut self) -> f64 {
         let Dimensions { states, length, default_input, .. } = self.problem.dimensions;
         if self.synthesis.gains().iter().all(|gain| *gain == 0.0) && default_input == DefaultInput::Zero {
             // Nothing is ever applied.
@@ -174,16 +173,15 @@ impl Recursion for InFlightRecursion<'_, '_> {
         // the recursion was slow to find.
         let mut start = vec![0.0; self.problem.dimensions.value_len()];
         start[..states * states].copy_from_slice(self.lasting.as_slice());
-        let mut start = self.packing.pack(&start);
         if let Some(moved) = self.moved() {
             start.iter_mut().zip(moved).for_each(|(start, moved)| *start += moved);
         }
-        let (found, settled) = self.with_map(|map| settled_radius(&start, 0, [1, stride, stride], map));
+        let (found, settled) = self.with_map(|map, _| settled_radius(&start, 0, [1, stride, stride], map));
         if (settled && found < CROWDED) || found > CLEARLY_UNSTABLE {
             return found;
         }
         let near_one = largest_real_near_one(&start, |residual| {
-            self.with_map(|map| solve_like(residual, norm(residual), RESOLVENT, |from| self.alike(from), map))
+            self.with_map(|map, alike| solve_like(residual, norm(residual), RESOLVENT, alike, map))
         });
         near_one.unwrap_or(found)
     }
@@ -198,32 +196,33 @@ impl Recursion for InFlightRecursion<'_, '_> {
 
     fn evaluate(&mut self, accuracy: f64) -> bool {
         // One step with the gains held tells how far the cost-to-go is from being theirs.
-        let before = self.packing.pack(self.synthesis.value());
+        let before = self.synthesis.value().to_vec();
         self.synthesis.fixed_step();
-        let after = self.packing.pack(self.synthesis.value());
+        let after = self.synthesis.value().to_vec();
         let residual: Vec<f64> = after.iter().zip(&before).map(|(after, before)| after - before).collect();
         let correction =
-            self.with_map(|map| solve_like(&residual, norm(&after), accuracy, |from| self.alike(from), map));
+            self.with_map(|map, alike| solve_like(&residual, norm(&after), accuracy, alike, map));
         let found = correction.is_some();
         let value = before.iter().zip(correction.unwrap_or(residual)).map(|(value, change)| value + change);
         let value: Vec<f64> = value.collect();
-        self.packing.unpack(&value, self.synthesis.value_mut());
+        self.synthesis.value_mut().copy_from_slice(&value);
         found
     }
 
     fn remember(&mut self) {
-        self.remembered = Some(self.packing.pack(self.synthesis.value()));
+        self.remembered = Some(self.synthesis.value().to_vec());
     }
 
     /// A plant that decays is stabilised by sending zeros.
     fn fall_back(&mut self) -> bool {
         if self.decays {
-            self.synthesis.set_gains(&vec![0.0; self.synthesis.gains().len()]);
+            let dimensions = self.problem.dimensions;
+            self.synthesis.set_gains(&vec![0.0; dimensions.sequence_rows() * dimensions.gain_columns()]);
         }
         self.decays
     }
 
-    fn gains(&self) -> Vec<f64> {
+    fn gains(&mut self) -> Vec<f64> {
         self.synthesis.gains().to_vec()
     }
 }
@@ -281,7 +280,6 @@ fn recursion<'p, 'w>(start: &Start, flat: &'p Flat, workspace: &'w mut [f64]) ->
     let mut recursion = InFlightRecursion {
         synthesis: flat.synthesis(workspace),
         problem: flat.problem(),
-        packing: Packing::new(&flat.dimensions),
         alike: start
             .free
             .as_ref()

@@ -25,9 +25,9 @@ pub(super) trait Recursion {
     /// Trace of the state's cost-to-go.
     fn size(&self) -> f64;
     /// Mean-square rate of the closed loop with the gains of the last step.
-    fn rate(&self) -> f64;
+    fn rate(&mut self) -> f64;
     /// The same where the cost-to-go has converged; anything below 1 if nobody asks how fast the loop forgets.
-    fn settled_rate(&self) -> f64 {
+    fn settled_rate(&mut self) -> f64 {
         self.rate()
     }
     /// Replaces the cost-to-go by that of keeping the gains of the last step for ever, to `accuracy` of itself; false if
@@ -37,7 +37,7 @@ pub(super) trait Recursion {
     /// what [`Recursion::rate`] looks for.
     fn remember(&mut self) {}
     /// The gains of the last step, in any order.
-    fn gains(&self) -> Vec<f64>;
+    fn gains(&mut self) -> Vec<f64>;
     /// Takes gains that are known to stabilise the loop instead of those of the last step; false if none are known.
     fn fall_back(&mut self) -> bool;
     /// Steps after which what is in flight is forgotten: so many make its part of the cost-to-go as accurate as the

@@ -22,7 +22,6 @@
 //! | `emitted` | the law with its numbers rounded for the device |
 //! | `evaluation` | fixed point of an affine map: the cost of given gains |
 //! | `sums` | the same for a loop that is a single matrix |
-//! | `packing` | the independent numbers of a cost-to-go |
 //! | `age_chain` | the transition matrix of the actuator's age |
 //! | `mode_chain` | what the controller may know of the network: ages, and states of a channel |
 //! | `law` | gains in both forms, and the way from one to the other |
@@ -46,7 +45,6 @@ mod law;
 mod mode_chain;
 mod modes;
 mod network_free;
-mod packing;
 mod radius;
 mod rollout;
 mod spectral;
@@ -75,7 +73,6 @@ pub use iterate::Outcome;
 pub use law::{Law, mode_weights};
 pub use mode_chain::{ModeChain, TooManyModes};
 pub(crate) use modes::{Mode, modes};
-pub(crate) use packing::Packing;
 pub use rollout::{Rollout, Situation};
 #[cfg(test)]
 pub(crate) use spectral::modulus;

@@ -38,19 +38,13 @@ impl Sums {
         })
     }
 
-    /// The same for a packed cost-to-go, which begins with the upper triangle of `C` by rows; the rest stays as it is.
-    pub(super) fn of_packed(&self, states: usize, packed: &[f64]) -> Vec<f64> {
-        let mut result = packed.to_vec();
-        let mut stage = DMatrix::zeros(states, states);
-        let triangle = || (0..states).flat_map(|row| (row..states).map(move |column| (row, column)));
-        for ((row, column), entry) in triangle().zip(packed) {
-            stage[(row, column)] = *entry;
-            stage[(column, row)] = *entry;
-        }
-        let total = self.total(stage);
-        for ((row, column), entry) in triangle().zip(&mut result) {
-            *entry = 0.5 * (total[(row, column)] + total[(column, row)]);
-        }
+    /// The same for a whole cost-to-go, which begins with `C` by rows; the rest stays as it is.
+    pub(super) fn of_value(&self, states: usize, value: &[f64]) -> Vec<f64> {
+        let mut result = value.to_vec();
+        let stage = &mut result[..states * states];
+        let total = self.total(DMatrix::from_row_slice(states, states, stage));
+        let symmetric = (&total + total.transpose()) * 0.5;
+        stage.copy_from_slice(symmetric.as_slice());
         result
     }
 }

@@ -2,44 +2,75 @@
 
 use crate::Scalar;
 
-/// How much a part of the cost-to-go changed, in sums of absolute values.
-///
-/// Four partial sums each, for speed; their order is fixed.
+/// Partial sums, whose order is fixed: pairs of entries are summed beside each other, for speed.
+const LANES: usize = 2;
+
+/// Writes a part of the cost-to-go and, if `MEASURED`, sums the absolute values of what it was changed by and of what it
+/// became.
 #[derive(Clone, Copy)]
-pub(super) struct Change<T> {
-    difference: [T; 4],
-    size: [T; 4],
+pub(super) struct Change<T, const MEASURED: bool> {
+    difference: [T; LANES],
+    size: [T; LANES],
 }
 
-impl<T: Scalar> Change<T> {
+impl<T: Scalar, const MEASURED: bool> Change<T, MEASURED> {
     pub(super) fn none() -> Self {
-        Self { difference: [T::zero(); 4], size: [T::zero(); 4] }
+        Self { difference: [T::zero(); LANES], size: [T::zero(); LANES] }
     }
 
-    pub(super) fn replace(&mut self, entry: &mut T, value: T) {
-        self.difference[0] += (value - *entry).abs();
-        self.size[0] += value.abs();
-        *entry = value;
-    }
-
+    /// `entries` become `values`.
+    #[inline(never)]
     pub(super) fn replace_all(&mut self, entries: &mut [T], values: &[T]) {
-        let mut fours = entries.chunks_exact_mut(4);
-        let value_fours = values.chunks_exact(4);
-        let rest = value_fours.remainder();
-        for (entries, values) in fours.by_ref().zip(value_fours) {
-            for lane in 0..4 {
-                self.difference[lane] += (values[lane] - entries[lane]).abs();
-                self.size[lane] += values[lane].abs();
-            }
-            entries.copy_from_slice(values);
-        }
-        for (entry, value) in fours.into_remainder().iter_mut().zip(rest) {
-            self.replace(entry, *value);
-        }
+        *self = self.replaced(entries, values, values, |value, _| value);
     }
 
+    /// `entries` become `values`, each times `factor`.
+    #[inline(never)]
+    pub(super) fn replace_scaled(&mut self, entries: &mut [T], values: &[T], factor: T) {
+        *self = self.replaced(entries, values, values, |value, _| factor * value);
+    }
+
+    /// `entries` become `values`, each times `factor` and its weight.
+    #[inline(never)]
+    pub(super) fn replace_weighed(&mut self, entries: &mut [T], values: &[T], factor: T, weights: &[T]) {
+        *self = self.replaced(entries, values, weights, |value, weight| (factor * weight) * value);
+    }
+
+    /// The sums go through it by value: they stay in registers.
+    #[inline(always)]
+    fn replaced(mut self, entries: &mut [T], values: &[T], weights: &[T], new: impl Fn(T, T) -> T) -> Self {
+        let length = entries.len();
+        let (values, weights) = (&values[..length], &weights[..length]);
+        let mut pairs = entries.chunks_exact_mut(LANES);
+        let (value_pairs, weight_pairs) = (values.chunks_exact(LANES), weights.chunks_exact(LANES));
+        let rest = value_pairs.remainder().iter().zip(weight_pairs.remainder());
+        for ((entries, values), weights) in pairs.by_ref().zip(value_pairs).zip(weight_pairs) {
+            // Both are read before either is written.
+            let new_pair = [new(values[0], weights[0]), new(values[1], weights[1])];
+            if MEASURED {
+                let by = [new_pair[0] - entries[0], new_pair[1] - entries[1]];
+                self.difference = [self.difference[0] + by[0].abs(), self.difference[1] + by[1].abs()];
+                self.size = [self.size[0] + new_pair[0].abs(), self.size[1] + new_pair[1].abs()];
+            }
+            entries[0] = new_pair[0];
+            entries[1] = new_pair[1];
+        }
+        for (entry, (value, weight)) in pairs.into_remainder().iter_mut().zip(rest) {
+            let value = new(*value, *weight);
+            if MEASURED {
+                // Beside zero, so that the sums stay pairs.
+                let by = [value - *entry, T::zero()];
+                self.difference = [self.difference[0] + by[0].abs(), self.difference[1] + by[1].abs()];
+                self.size = [self.size[0] + value.abs(), self.size[1] + T::zero().abs()];
+            }
+            *entry = value;
+        }
+        self
+    }
+
+    /// Sum of the changes over sum of the values.
     pub(super) fn relative(self) -> T {
-        let total = |sums: [T; 4]| (sums[0] + sums[1]) + (sums[2] + sums[3]);
+        let total = |sums: [T; LANES]| sums[0] + sums[1];
         let (difference, size) = (total(self.difference), total(self.size));
         // What has overflowed must not look settled: a maximum passes over NaN, and anything over infinity is 0.
         if !(size.is_finite() && difference.is_finite()) {

@@ -1,59 +1,77 @@
-//! Products of dense row-major slices, each with its order of summation fixed.
+//! Sums and products of dense row-major slices, each with its order of summation fixed.
 //!
 //! Own code and not nalgebra's dynamic matrices: those need a heap, and choose their order of summation by
 //! platform and feature. Only what the recursion uses is here.
 
 use crate::Scalar;
 
-/// `out += scale * a b`, with `a` of `columns_a` columns and `b` of `columns_b`.
-///
-/// Each entry of `out` receives its terms in order of the inner index.
-pub(super) fn add_product<T: Scalar>(
+/// Every `stride`-th of some numbers, or the rows that begin there.
+pub(super) type Strided<'m, T> = (&'m [T], usize);
+
+/// `out += scale * sum of factor row`, of `count` factors and rows in their order. Four rows are added in one pass, so that
+/// `out` is read and written once for them.
+pub(super) fn add_rows<T: Scalar>(
     out: &mut [T],
     scale: T,
-    (a, columns_a): (&[T], usize),
-    (b, columns_b): (&[T], usize),
+    count: usize,
+    (factors, factor_stride): Strided<'_, T>,
+    (rows, row_stride): Strided<'_, T>,
 ) {
-    if columns_a == 0 || columns_b == 0 {
-        return;
+    let (mut factors, mut rows, mut left) = (factors, rows, count);
+    while left > 4 {
+        add_four(out, scale, (factors, factor_stride), (rows, row_stride));
+        (factors, rows) = (&factors[4 * factor_stride..], &rows[4 * row_stride..]);
+        left -= 4;
     }
-    for (out_row, a_row) in out.chunks_exact_mut(columns_b).zip(a.chunks_exact(columns_a)) {
-        for (factor, b_row) in a_row.iter().zip(b.chunks_exact(columns_b)) {
-            add_scaled(out_row, scale * *factor, b_row);
+    match left {
+        0 => (),
+        1 => add_scaled(out, scale * factors[0], rows),
+        2 => add_two(out, scale, (factors, factor_stride), (rows, row_stride)),
+        3 => {
+            add_two(out, scale, (factors, factor_stride), (rows, row_stride));
+            add_scaled(out, scale * factors[2 * factor_stride], &rows[2 * row_stride..]);
         }
+        _ => add_four(out, scale, (factors, factor_stride), (rows, row_stride)),
     }
 }
 
-/// `out += scale * a^T b`, with `a` of `columns_a` columns and `b` of `columns_b`, both of as many rows.
-pub(super) fn add_transposed_product<T: Scalar>(
+// Functions of their own, so that the compiler knows that what is written does not overlap what is read.
+
+#[inline(never)]
+fn add_four<T: Scalar>(
     out: &mut [T],
     scale: T,
-    (a, columns_a): (&[T], usize),
-    (b, columns_b): (&[T], usize),
+    (factors, factor_stride): Strided<'_, T>,
+    (rows, row_stride): Strided<'_, T>,
 ) {
-    if columns_a == 0 || columns_b == 0 {
-        return;
-    }
-    for (a_row, b_row) in a.chunks_exact(columns_a).zip(b.chunks_exact(columns_b)) {
-        for (out_row, factor) in out.chunks_exact_mut(columns_b).zip(a_row) {
-            add_scaled(out_row, scale * *factor, b_row);
-        }
+    let width = out.len();
+    let (first, rows) = (&rows[..width], &rows[row_stride..]);
+    let (second, rows) = (&rows[..width], &rows[row_stride..]);
+    let (third, fourth) = (&rows[..width], &rows[row_stride..][..width]);
+    let factor = |index: usize| scale * factors[index * factor_stride];
+    let factors = [factor(0), factor(1), factor(2), factor(3)];
+    for index in 0..width {
+        out[index] = out[index]
+            + factors[0] * first[index]
+            + factors[1] * second[index]
+            + factors[2] * third[index]
+            + factors[3] * fourth[index];
     }
 }
 
-/// Sum of products. Four partial sums, each in index order, added pairwise: as deterministic as one, and four times
-/// as fast where additions take several cycles.
-pub(super) fn dot<T: Scalar>(a: &[T], b: &[T]) -> T {
-    let (a_fours, b_fours) = (a.chunks_exact(4), b.chunks_exact(4));
-    let rest = a_fours.remainder().iter().zip(b_fours.remainder());
-    let rest = rest.fold(T::zero(), |sum, (a, b)| sum + *a * *b);
-    let mut sums = [T::zero(); 4];
-    for (a, b) in a_fours.zip(b_fours) {
-        for (sum, (a, b)) in sums.iter_mut().zip(a.iter().zip(b)) {
-            *sum += *a * *b;
-        }
+#[inline(never)]
+fn add_two<T: Scalar>(
+    out: &mut [T],
+    scale: T,
+    (factors, factor_stride): Strided<'_, T>,
+    (rows, row_stride): Strided<'_, T>,
+) {
+    let width = out.len();
+    let (first, second) = (&rows[..width], &rows[row_stride..][..width]);
+    let factors = [scale * factors[0], scale * factors[factor_stride]];
+    for index in 0..width {
+        out[index] = out[index] + factors[0] * first[index] + factors[1] * second[index];
     }
-    (sums[0] + sums[1]) + (sums[2] + sums[3]) + rest
 }
 
 /// `out += scale * row`.
@@ -61,6 +79,46 @@ pub(super) fn add_scaled<T: Scalar>(out: &mut [T], scale: T, row: &[T]) {
     for (value, term) in out.iter_mut().zip(row) {
         *value += scale * *term;
     }
+}
+
+/// `out *= scale`.
+pub(super) fn scale<T: Scalar>(out: &mut [T], scale: T) {
+    for value in out {
+        *value *= scale;
+    }
+}
+
+/// `out += a b`, with `a` of `columns_a` columns and `b` of `columns_b`.
+pub(super) fn add_product<T: Scalar>(
+    out: &mut [T],
+    (a, columns_a): (&[T], usize),
+    (b, columns_b): (&[T], usize),
+) {
+    if columns_a == 0 || columns_b == 0 {
+        return;
+    }
+    for (out_row, a_row) in out.chunks_exact_mut(columns_b).zip(a.chunks_exact(columns_a)) {
+        add_rows(out_row, T::one(), columns_a, (a_row, 1), (b, columns_b));
+    }
+}
+
+/// `out += a^T b`, with `a` of `columns_a` columns and `b` of `columns_b`, both of as many rows.
+pub(super) fn add_transposed_product<T: Scalar>(
+    out: &mut [T],
+    (a, columns_a): (&[T], usize),
+    (b, columns_b): (&[T], usize),
+) {
+    if columns_a == 0 || columns_b == 0 {
+        return;
+    }
+    for (column, out_row) in out.chunks_exact_mut(columns_b).take(columns_a).enumerate() {
+        add_rows(out_row, T::one(), a.len() / columns_a, (&a[column..], columns_a), (b, columns_b));
+    }
+}
+
+/// Sum of products in index order.
+pub(super) fn dot<T: Scalar>(a: &[T], b: &[T]) -> T {
+    a.iter().zip(b).fold(T::zero(), |sum, (a, b)| sum + *a * *b)
 }
 
 /// Copies the upper triangle of a square matrix of `size` rows onto the lower one.

@@ -1,4 +1,4 @@
-//! What one step of the recursion expects of the link and the plant: every formula of THEORY 4 but the minimum.
+//! What one step of the recursion expects of the link and the plant: `Rbar`, `Gx` and `Gv` of THEORY 4.
 //!
 //! Written in the survival function `g(d) = P(delay > d) = 1 - Q(d)`, in which every weight of THEORY 4 is a product,
 //! quotient or difference of neighbours and keeps its relative accuracy however small it is:
@@ -8,12 +8,22 @@
 //! D (1 - c_m) = g(m+1)           c_{m|t}        = (g(t) - g(m+1)) / g(t)     for m >= t
 //! ```
 //!
-//! `N_t` is zero in rows and columns before `t` (nothing in flight is told before its time), so sums over `t` run over
-//! `m, m2 >= t` only.
+//! The sums over `t` need two numbers for each pair of inputs in flight. With `g_m = g(m+1)`, `k_m = 1 - g_m`, `m2 <= m`,
+//!
+//! ```text
+//! H_s = sum_{t<=s} N_t g(0) / g(t)            D = sum_{s<=m2} (g(s) - g(s+1)) / g(0) H_s
+//! sum_t N_t           =  D + g_m2 / g(0) H_m2                     sum_t c_{m2|t} N_t  =  D
+//! sum_t c_{m|t} N_t   =  D + (g_m2 - g_m) / g(0) H_m2
+//! sum_t { 1 - g(t) + g(t) c_{m|t} c_{m2|t} } N_t  =  k_m2 sum_t N_t - g_m D
+//! ```
+//!
+//! (summed by parts: what arrives between `t` and `m` arrives in one of these cycles). No weight is negative, so nothing
+//! cancels that does not cancel in the sums themselves.
 
-use super::dense::{add_product, add_scaled, add_transposed_product, mirror_upper};
-use super::{Dimensions, Problem};
-use crate::{DefaultInput, Scalar, arrival};
+use super::dense::{add_product, add_rows, add_scaled, add_transposed_product};
+use super::link::{Link, inverse};
+use super::{Dimensions, Problem, triangle};
+use crate::Scalar;
 
 /// Products of the cost-to-go with the plant, computed once a step.
 #[derive(Debug)]
@@ -21,13 +31,19 @@ pub(super) struct Products<'w, T> {
     /// `P A`, `nx x nx`.
     pub(super) pa: &'w mut [T],
     /// `P B`, `nx x nu`.
-    pb: &'w mut [T],
+    pub(super) pb: &'w mut [T],
     /// `R_B = R + B^T P B`, `nu x nu`.
-    rb: &'w mut [T],
+    pub(super) rb: &'w mut [T],
     /// `A^T S`, `nx x n_v nu`.
-    ats: &'w mut [T],
+    pub(super) ats: &'w mut [T],
     /// `B^T S`, `nu x n_v nu`.
-    bts: &'w mut [T],
+    pub(super) bts: &'w mut [T],
+}
+
+/// Numbers that [`Products`] need as workspace.
+pub(super) const fn products_len(dimensions: &Dimensions) -> usize {
+    let (nx, nu, v) = (dimensions.states, dimensions.inputs, dimensions.in_flight_rows());
+    (nx + nu) * (nx + v) + nu * nu
 }
 
 impl<'w, T: Scalar> Products<'w, T> {
@@ -44,238 +60,181 @@ impl<'w, T: Scalar> Products<'w, T> {
     pub(super) fn compute(&mut self, problem: &Problem<'_, T>, p: &[T], s: &[T]) {
         let Dimensions { states: nx, inputs: nu, .. } = problem.dimensions;
         let v = problem.dimensions.in_flight_rows();
-        let one = T::one();
         for product in [&mut *self.pa, self.pb, self.ats, self.bts] {
             product.fill(T::zero());
         }
-        add_product(self.pa, one, (p, nx), (problem.a, nx));
-        add_product(self.pb, one, (p, nx), (problem.b, nu));
-        for (entry, weight) in self.rb.iter_mut().zip(problem.r) {
-            *entry = *weight;
-        }
-        add_transposed_product(self.rb, one, (problem.b, nu), (self.pb, nu));
-        add_transposed_product(self.ats, one, (problem.a, nx), (s, v));
-        add_transposed_product(self.bts, one, (problem.b, nu), (s, v));
+        add_product(self.pa, (p, nx), (problem.a, nx));
+        add_product(self.pb, (p, nx), (problem.b, nu));
+        self.rb.copy_from_slice(problem.r);
+        add_transposed_product(self.rb, (problem.b, nu), (self.pb, nu));
+        add_transposed_product(self.ats, (problem.a, nx), (s, v));
+        add_transposed_product(self.bts, (problem.b, nu), (s, v));
     }
 }
 
-/// Writes `g(m + 1)` for every stacked in-flight input: how likely a packet sent now is still under way when the input
-/// it leaves behind would be applied.
-pub(super) fn fill_later<T: Scalar>(survival: &[T], dimensions: &Dimensions, later: &mut [T]) {
-    for (row, value) in later.iter_mut().enumerate() {
-        *value = arrival::truncated(survival, row / dimensions.inputs + 1);
-    }
+/// Numbers needed for the sums over `t`: two triangles of the inputs in flight.
+pub(super) const fn sums_len(dimensions: &Dimensions) -> usize {
+    2 * triangle::len(dimensions.in_flight_rows())
 }
 
-/// The link as the recursion sees it.
-pub(super) struct Link<'a, T> {
-    pub(super) survival: &'a [T],
-    pub(super) dimensions: Dimensions,
-    /// From [`fill_later`]; falls from entry to entry.
-    pub(super) later: &'a [T],
+/// Where the expectations are written: both are filled with zeros first.
+pub(super) struct Expectations<'w, T> {
+    /// `Rbar`, `N nu` square.
+    pub(super) quadratic: &'w mut [T],
+    /// `[Gx Gv]`, `N nu x (nx + n_v nu)`.
+    pub(super) linear: &'w mut [T],
 }
 
-impl<T: Scalar> Link<'_, T> {
-    /// `g(d)`, constant from `d = N - 1` on: a packet later than that is useless.
-    pub(super) fn g(&self, d: usize) -> T {
-        arrival::truncated(self.survival, d)
+impl<T: Scalar> Expectations<'_, T> {
+    /// `Rbar`, `Gx` and `Gv` of the cost-to-go with these products, `Y` and `N_t`; to work in, `sums` of [`sums_len`] numbers and a
+    /// row of the inputs in flight.
+    pub(super) fn fill(
+        &mut self,
+        link: &Link<'_, T>,
+        problem: &Problem<'_, T>,
+        products: &Products<'_, T>,
+        (y, told): (&[T], &[T]),
+        sums: &mut [T],
+        row: &mut [T],
+    ) {
+        self.quadratic.fill(T::zero());
+        self.linear.fill(T::zero());
+        let (history, arrived) = sums.split_at_mut(sums.len() / 2);
+        add_up(link, told, history, arrived);
+        self.add_in_flight(link, (y, told), (history, arrived), row);
+        self.add_applied_now(link, problem, products);
     }
 
-    /// `Z` on stacked inputs: where entry `row` stands one cycle earlier; `None` past the end with zero default.
-    pub(super) fn earlier(&self, row: usize) -> Option<usize> {
-        let nu = self.dimensions.inputs;
-        match self.dimensions.default_input {
-            _ if row + nu < self.later.len() => Some(row + nu),
-            DefaultInput::Zero => None,
-            DefaultInput::Hold => Some(row),
-        }
-    }
-
-    /// `E` on stacked inputs: which entry of the sequence becomes entry `row` in flight.
-    pub(super) fn left_for(&self, row: usize) -> usize {
-        let nu = self.dimensions.inputs;
-        if row + nu < self.dimensions.sequence_rows() { row + nu } else { row }
-    }
-
-    /// What stands between `E^T` and `E` in `Rbar`, and between `E^T` and `Z` in `Gv`; both `n_v nu` square.
-    pub(super) fn in_flight_cost(&self, y: &[T], n: &[T], quadratic: &mut [T], linear: &mut [T]) {
-        let nu = self.dimensions.inputs;
-        let v = self.later.len();
-        let (zero, one) = (T::zero(), T::one());
-        for row in 0..v {
-            let g_row = self.later[row];
-            let of_row = row * v..(row + 1) * v;
-            let out = quadratic[of_row.clone()].iter_mut().zip(&mut linear[of_row.clone()]);
-            for ((quadratic, linear), (entry, g_column)) in out.zip(y[of_row].iter().zip(self.later)) {
-                *quadratic = (one - g_row.max(*g_column)) * *entry;
-                *linear = (*g_column - g_row).max(zero) * *entry;
+    /// Adds `E^T [ Q(min+1) o Y - sum_t .. o N_t ] E` to `Rbar`, and
+    /// `E^T [ max(g(m2+1) - g(m+1), 0) o Y - sum_t .. o N_t ] Z` to `Gv`, row by row of the lower triangle.
+    fn add_in_flight(
+        &mut self,
+        link: &Link<'_, T>,
+        (y, told): (&[T], &[T]),
+        (history, arrived): (&mut [T], &mut [T]),
+        row: &mut [T],
+    ) {
+        let Dimensions { states: nx, inputs: nu, .. } = link.dimensions;
+        let (rows, columns) = (link.dimensions.sequence_rows(), link.dimensions.gain_columns());
+        let v = link.later.len();
+        for m in 0..v {
+            let square = &mut row[..=m];
+            let (of_row, of_column) = (&mut history[triangle::row(m)], &mut arrived[triangle::row(m)]);
+            weigh(link, m, &y[triangle::row(m)], square, of_row, of_column);
+            for (first, matrix) in link.certain(told).take_while(|(first, _)| *first <= m) {
+                add_scaled(&mut square[first..], -T::one(), &matrix[triangle::row(m - first)]);
             }
-        }
-        for (t, told) in n.chunks_exact((v * v).max(1)).enumerate() {
-            let g_t = self.g(t);
-            let known = one - g_t;
-            let first = t * nu;
-            for row in first..v {
-                let arrives = if g_t > zero { (g_t - self.later[row]) / g_t } else { zero };
-                let from = row * v;
-                // Rbar is symmetric: its upper triangle is enough, and mirrored below.
-                let entries = told[from + row..from + v].iter().zip(&self.later[row..]);
-                for (out, (entry, g_column)) in quadratic[from + row..from + v].iter_mut().zip(entries) {
-                    *out -= (known + arrives * (g_t - *g_column)) * *entry;
-                }
-                let entries = told[from + first..from + v].iter().zip(&self.later[first..]);
-                for (out, (entry, g_column)) in linear[from + first..from + v].iter_mut().zip(entries) {
-                    *out -= arrives * *g_column * *entry;
+            // Now `square` is row `m` of what stands between `E^T` and `E`, and `of_row` and `of_column` are row and column `m` of
+            // what stands between `E^T` and `Z`.
+            let left = link.left_for(m);
+            link.leave_behind(&mut self.quadratic[left * rows..][..rows], square);
+            link.move_up(&mut self.linear[left * columns + nx..][..v], of_row);
+            let earlier = link.earlier(m);
+            let moved = m.min(rows - nu);
+            let quadratic = self.quadratic[nu * rows..].chunks_exact_mut(rows);
+            for (target, entry) in quadratic.zip(&square[..moved]) {
+                target[left] += *entry;
+            }
+            if let Some(earlier) = earlier {
+                let linear = self.linear[nu * columns..].chunks_exact_mut(columns);
+                for (target, entry) in linear.zip(&of_column[..moved]) {
+                    target[nx + earlier] += *entry;
                 }
             }
+            // With hold the last input stays where it is.
+            for m2 in moved..m {
+                self.quadratic[m2 * rows + left] += square[m2];
+                if let Some(earlier) = earlier {
+                    self.linear[m2 * columns + nx + earlier] += of_column[m2];
+                }
+            }
         }
-        mirror_upper(quadratic, v);
     }
 
-    /// `Rbar = q0 J^T R_B J + q0 (J^T B^T S E + E^T S^T B J) + E^T inner E`.
-    pub(super) fn quadratic(&self, products: &Products<'_, T>, inner: &[T], out: &mut [T]) {
-        let nu = self.dimensions.inputs;
-        let v = self.dimensions.in_flight_rows();
-        let rows = self.dimensions.sequence_rows();
-        let at_once = T::one() - self.g(0);
-        out.fill(T::zero());
+    /// Adds `q0 J^T R_B J + q0 (J^T B^T S E + E^T S^T B J)` to `Rbar`, and what has a `B` or an `A` in it to `Gx`, `Gv`.
+    fn add_applied_now(&mut self, link: &Link<'_, T>, problem: &Problem<'_, T>, products: &Products<'_, T>) {
+        let Dimensions { states: nx, inputs: nu, .. } = link.dimensions;
+        let (rows, columns) = (link.dimensions.sequence_rows(), link.dimensions.gain_columns());
+        let v = link.later.len();
+        let g_0 = link.g(0);
+        let at_once = T::one() - g_0;
         for i in 0..nu {
-            add_scaled(&mut out[i * rows..i * rows + nu], at_once, &products.rb[i * nu..(i + 1) * nu]);
-            for column in 0..v {
-                let later = self.left_for(column);
-                let coupling = at_once * products.bts[i * v + column];
-                out[i * rows + later] += coupling;
-                out[later * rows + i] += coupling;
-            }
+            add_scaled(&mut self.quadratic[i * rows..][..nu], at_once, &products.rb[i * nu..][..nu]);
+            let row = &mut self.linear[i * columns..][..nx];
+            add_rows(row, at_once, nx, (&problem.b[i..], nu), (products.pa, nx));
         }
-        for row in 0..v {
-            let out_row = self.left_for(row) * rows;
-            for column in 0..v {
-                out[out_row + self.left_for(column)] += inner[row * v + column];
-            }
-        }
-    }
-
-    /// `[Gx Gv]`: `Gx = q0 J^T B^T P A + E^T (q0 I + D C) S^T A`, `Gv = E^T [D C S^T B V0 + inner Z]`.
-    pub(super) fn linear(
-        &self,
-        problem: &Problem<'_, T>,
-        products: &Products<'_, T>,
-        inner: &[T],
-        out: &mut [T],
-    ) {
-        let Dimensions { states: nx, inputs: nu, .. } = self.dimensions;
-        let v = self.dimensions.in_flight_rows();
-        let columns = self.dimensions.gain_columns();
-        let at_once = T::one() - self.g(0);
-        out.fill(T::zero());
-        for (b_row, pa_row) in problem.b.chunks_exact(nu).zip(products.pa.chunks_exact(nx)) {
-            for i in 0..nu {
-                add_scaled(&mut out[i * columns..i * columns + nx], at_once * b_row[i], pa_row);
-            }
-        }
-        for row in 0..v {
-            let out_row = &mut out[self.left_for(row) * columns..][..columns];
-            let by_then = T::one() - self.later[row];
-            for (state, entry) in out_row[..nx].iter_mut().enumerate() {
-                *entry += by_then * products.ats[state * v + row];
-            }
-            let meanwhile = self.g(0) - self.later[row];
+        for m in 0..v {
+            let left = link.left_for(m);
+            let g_m = link.later[m];
             for j in 0..nu {
-                out_row[nx + j] += meanwhile * products.bts[j * v + row];
+                let coupling = products.bts[j * v + m];
+                self.quadratic[j * rows + left] += at_once * coupling;
+                self.quadratic[left * rows + j] += at_once * coupling;
+                self.linear[left * columns + nx + j] += (g_0 - g_m) * coupling;
             }
-            for column in 0..v {
-                if let Some(earlier) = self.earlier(column) {
-                    out_row[nx + earlier] += inner[row * v + column];
-                }
-            }
-        }
-    }
-
-    /// One row of `D A^T P B V0 + D A^T S (I - C) Z`, where `weight` is the identity: it takes each `g` that an input in
-    /// flight is weighed with.
-    pub(super) fn state_row(
-        &self,
-        products: &Products<'_, T>,
-        problem: &Problem<'_, T>,
-        row: usize,
-        out: &mut [T],
-        weight: impl Fn(T) -> T,
-    ) {
-        let Dimensions { states: nx, inputs: nu, .. } = self.dimensions;
-        let v = self.dimensions.in_flight_rows();
-        out.fill(T::zero());
-        // n_v = 0: there is no in-flight input to couple with.
-        for j in 0..nu.min(v) {
-            for inner in 0..nx {
-                out[j] += weight(self.g(0)) * problem.a[inner * nx + row] * products.pb[inner * nu + j];
-            }
-        }
-        for column in 0..v {
-            if let Some(earlier) = self.earlier(column) {
-                out[earlier] += weight(self.later[column]) * products.ats[row * v + column];
+            let by_then = T::one() - g_m;
+            let row = &mut self.linear[left * columns..][..nx];
+            for (entry, coupling) in row.iter_mut().zip(products.ats[m..].iter().step_by(v)) {
+                *entry += by_then * *coupling;
             }
         }
     }
+}
 
-    /// `Z^T (D Y o (1 - max(c_m, c_m2))) Z`.
-    pub(super) fn shift_fresh(&self, y: &[T], out: &mut [T]) {
-        // `later` falls, so that of the later of two inputs is the smaller one.
-        self.shift(0, y, out, |g_row, g_column| g_row.min(g_column));
-    }
-
-    /// Adds `D V0^T R_B V0 + sym(D V0^T B^T S (I - C) Z)`; `weight` as in [`Link::state_row`].
-    pub(super) fn add_applied_now(&self, products: &Products<'_, T>, out: &mut [T], weight: impl Fn(T) -> T) {
-        let nu = self.dimensions.inputs;
-        let v = self.dimensions.in_flight_rows();
-        for i in 0..nu.min(v) {
-            add_scaled(&mut out[i * v..i * v + nu], weight(self.g(0)), &products.rb[i * nu..(i + 1) * nu]);
-            for column in 0..v {
-                if let Some(earlier) = self.earlier(column) {
-                    let coupling = weight(self.later[column]) * products.bts[i * v + column];
-                    out[i * v + earlier] += coupling;
-                    out[earlier * v + i] += coupling;
-                }
-            }
+/// Fills the triangles of `H_{m2}` and `D`.
+fn add_up<T: Scalar>(link: &Link<'_, T>, told: &[T], history: &mut [T], arrived: &mut [T]) {
+    history.fill(T::zero());
+    arrived.fill(T::zero());
+    for ((first, matrix), weights) in link.layout().each_told(told).zip(link.told.chunks_exact(2)) {
+        let (inverse, arrives) = (weights[0], weights[1]);
+        if inverse.is_zero() {
+            break;
+        }
+        let mut entries = matrix;
+        let mut end = triangle::len(first);
+        for m in first..link.later.len() {
+            let width = m - first + 1;
+            end += m + 1;
+            let (row, rest) = entries.split_at(width);
+            entries = rest;
+            let (history, arrived) = (&mut history[end - width..end], &mut arrived[end - width..end]);
+            add_told(history, arrived, row, inverse, arrives);
         }
     }
+}
 
-    /// `Z^T [ D (1 - e_t) (I - C_t) N_t (I - C_t) ] Z`.
-    pub(super) fn shift_told(&self, t: usize, told: &[T], out: &mut [T]) {
-        let g_t = self.g(t);
-        if g_t > T::zero() {
-            self.shift(t, told, out, |g_row, g_column| g_row * (g_column / g_t));
-        } else {
-            out.fill(T::zero());
-        }
+/// A function of its own, so that the compiler knows that the slices do not overlap.
+#[inline(never)]
+fn add_told<T: Scalar>(history: &mut [T], arrived: &mut [T], entries: &[T], inverse: T, arrives: T) {
+    let width = entries.len();
+    let (history, arrived) = (&mut history[..width], &mut arrived[..width]);
+    for index in 0..width {
+        let sum = history[index] + inverse * entries[index];
+        history[index] = sum;
+        arrived[index] += arrives * sum;
     }
+}
 
-    /// `Z^T (weight o matrix) Z` for a matrix that is zero before in-flight input `first`; `weight` takes `g` of row and
-    /// column.
-    pub(super) fn shift(&self, first: usize, matrix: &[T], out: &mut [T], weight: impl Fn(T, T) -> T) {
-        let nu = self.dimensions.inputs;
-        let v = self.later.len();
-        let first = first * nu;
-        out.fill(T::zero());
-        for row in first..v {
-            let Some(out_row) = self.earlier(row) else { break };
-            let g_row = self.later[row];
-            let (from, to) = (row * v, out_row * v);
-            // With zero default what would pass the end is gone; with hold it stays where it is.
-            let moving = first..v.saturating_sub(nu).max(first);
-            let staying = match self.dimensions.default_input {
-                DefaultInput::Zero => v..v,
-                DefaultInput::Hold => moving.end..v,
-            };
-            let source = matrix[from..][moving.clone()].iter().zip(&self.later[moving.clone()]);
-            let target = &mut out[to + nu..][moving];
-            for (out, (entry, g_column)) in target.iter_mut().zip(source) {
-                *out += weight(g_row, *g_column) * *entry;
-            }
-            let source = matrix[from..][staying.clone()].iter().zip(&self.later[staying.clone()]);
-            for (out, (entry, g_column)) in out[to..][staying].iter_mut().zip(source) {
-                *out += weight(g_row, *g_column) * *entry;
-            }
-        }
+/// From row `m` of `Y`, `H` and `D` to that of what stands between `E^T` and `E`, but for what is certain, and to row and column
+/// `m` of what stands between `E^T` and `Z`.
+#[inline(never)]
+fn weigh<T: Scalar>(
+    link: &Link<'_, T>,
+    m: usize,
+    y: &[T],
+    square: &mut [T],
+    history: &mut [T],
+    arrived: &mut [T],
+) {
+    let relative = inverse(link.g(0)).unwrap_or_else(T::zero);
+    let (g_m, width) = (link.later[m], y.len());
+    let later = &link.later[..width];
+    let (square, history, arrived) = (&mut square[..width], &mut history[..width], &mut arrived[..width]);
+    for m2 in 0..width {
+        let (g_m2, y) = (later[m2], y[m2]);
+        let (until_m2, d) = (relative * history[m2], arrived[m2]);
+        square[m2] = (T::one() - g_m2) * (y - (d + g_m2 * until_m2)) + g_m * d;
+        history[m2] = (g_m2 - g_m) * y - g_m2 * (d + (g_m2 - g_m) * until_m2);
+        arrived[m2] = -(g_m * d);
     }
 }

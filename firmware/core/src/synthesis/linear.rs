@@ -132,7 +132,7 @@ impl<'w, T: Scalar> LinearCost<'w, T> {
             add_scaled(self.next, *coefficient, gains);
         }
         self.feedforward.copy_from_slice(self.coefficient);
-        SemidefiniteFactor::resumed(rows, synthesis.rank, synthesis.factor).solve(self.feedforward, 1);
+        SemidefiniteFactor::resumed(rows, synthesis.factor).solve(self.feedforward, 1);
         self.terms.copy_from_slice(self.next);
         self.constant += stage.constant - dot(self.coefficient, self.feedforward);
     }

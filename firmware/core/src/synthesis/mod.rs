@@ -6,24 +6,28 @@
 //! V(x, rho, theta) = x^T P x + 2 x^T S vbar + <Y, E[v v^T]> - sum_t <N_t, E[vbar_t vbar_t^T]> + const
 //! ```
 //!
-//! costs O(n_v^3 nu^2 + (N nu)^3) and touches only memory that the caller supplies. All matrices are dense,
-//! row-major slices, and every sum runs in index order, so that the same input gives the same bits on every
-//! machine. [`Synthesis::optimal_step`] minimises, [`Synthesis::fixed_step`] evaluates given gains. When to stop,
-//! and whether the loop can be stabilised, is for the caller to decide.
+//! costs O(n_v^3 nu^2 + (N nu)^3) and touches only memory that the caller supplies. Matrices are row-major slices, symmetric
+//! ones of the inputs in flight by their triangle, and every sum has its order, so that the same input gives the same
+//! bits on every machine. [`Synthesis::optimal_step`] minimises, [`Synthesis::fixed_step`] evaluates given gains. When to
+//! stop, and whether the loop can be stabilised, is for the caller to decide.
 //!
 //! A reference adds a linear part to the cost-to-go, [`LinearCost`] (THEORY 6); what sending a packet is worth comes from
 //! the same matrices, [`Synthesis::fill_trigger`] (THEORY 7).
 
 mod change;
+mod cost_to_go;
 mod dense;
 mod expectation;
 mod linear;
+mod link;
 mod semidefinite;
 mod step;
+mod triangle;
 mod trigger;
 
 use crate::{DefaultInput, Scalar};
 
+pub(crate) use cost_to_go::Layout;
 pub use linear::{LinearCost, Stage};
 pub use semidefinite::{SemidefiniteFactor, workspace_len as semidefinite_workspace_len};
 pub use step::Synthesis;
@@ -57,10 +61,9 @@ impl Dimensions {
         self.in_flight() * self.inputs
     }
 
-    /// Numbers in one cost-to-go: `P`, `S`, `Y` and the `n_v` matrices `N_t`.
+    /// Numbers in one cost-to-go: `P`, `S`, and triangles of `Y` and the `n_v` matrices `N_t`.
     pub const fn value_len(&self) -> usize {
-        let v = self.in_flight_rows();
-        self.states * self.states + self.states * v + v * v + self.in_flight() * v * v
+        Layout::of(self).len()
     }
 
     /// Columns of the gains over `[x; vbar]`: `nx + n_v nu`.
@@ -75,16 +78,17 @@ impl Dimensions {
 
     /// Numbers a [`Synthesis`] needs as workspace.
     pub const fn workspace_len(&self) -> usize {
-        let (nx, nu, v) = (self.states, self.inputs, self.in_flight_rows());
         let (rows, columns) = (self.sequence_rows(), self.gain_columns());
         self.value_len()
-            + rows * rows                                   // Rbar
+            + rows * rows                        // Rbar
             + semidefinite::workspace_len(rows)
-            + 2 * rows * columns                            // G = [Gx Gv], gains
-            + columns * columns                             // what the gains do to the cost
-            + 2 * v * v                                     // one step of Y and N
-            + v                                             // survival by in-flight input
-            + nx * nx + nx * nu + nu * nu + nx * v + nu * v // products with A and B
+            + 2 * rows * columns                 // G = [Gx Gv], gains
+            + 1                                  // whether the gains are solved for
+            + self.in_flight_rows()              // survival by in-flight input
+            + 2 * self.in_flight()               // and by when it is told
+            + expectation::products_len(self)
+            + expectation::sums_len(self)
+            + columns // to work in
     }
 }
 

@@ -5,27 +5,29 @@
 //! before it is factored with diagonal pivoting: an input that is applied once in 1e20 cycles then gets its
 //! gain as accurately as the first one, and an input without effect gets zero.
 
-use super::dense::{add_scaled, dot};
+use super::dense::{add_rows, scale};
 use crate::Scalar;
 
 /// Numbers a [`SemidefiniteFactor`] of `size` rows needs as workspace.
 pub const fn workspace_len(size: usize) -> usize {
-    size * size + 3 * size
+    size * size + 3 * size + 1
 }
 
-/// Cholesky factor of `D A D` with diagonal pivoting, `D` scaling `A` to unit diagonal.
+/// Cholesky factor `U^T U` of `D A D` with diagonal pivoting, `D` scaling `A` to unit diagonal.
 #[derive(Debug)]
 pub struct SemidefiniteFactor<'w, T> {
     size: usize,
-    rank: usize,
-    /// Row `i` belongs to unknown `i`, column `j` to the `j`-th pivot; row-major.
+    /// `U`, row-major: rows and columns in the order of the pivots, and behind them what is none.
     factor: &'w mut [T],
-    /// Diagonal of `D`: one over the root of `A`'s diagonal, zero where that is zero.
+    /// Diagonal of `D` in the same order: one over the root of `A`'s diagonal, zero where that is zero.
     scale: &'w mut [T],
-    /// What elimination has left of the unit diagonal.
+    /// What elimination has left of the unit diagonal, in the same order.
     remaining: &'w mut [T],
-    /// Unknowns in the order of their pivots. Indices kept as scalars, exactly, since the workspace is of one type.
-    order: &'w mut [T],
+    /// The place from which each pivot came: with that it was exchanged. Indices kept as scalars, exactly, since the
+    /// workspace is of one type.
+    origin: &'w mut [T],
+    /// Numerical rank, one number.
+    rank: &'w mut [T],
 }
 
 impl<'w, T: Scalar> SemidefiniteFactor<'w, T> {
@@ -36,68 +38,93 @@ impl<'w, T: Scalar> SemidefiniteFactor<'w, T> {
     /// # Panics
     /// If `matrix` has fewer than `size * size` entries or `workspace` fewer than [`workspace_len`].
     pub fn new(matrix: &[T], size: usize, workspace: &'w mut [T]) -> Self {
-        let mut this = Self::resumed(size, 0, workspace);
+        let mut this = Self::resumed(size, workspace);
         for i in 0..size {
             let diagonal = matrix[i * size + i];
             let effective = diagonal > T::zero();
             this.scale[i] = if effective { T::one() / diagonal.sqrt() } else { T::zero() };
             this.remaining[i] = if effective { T::one() } else { T::zero() };
         }
-        let tolerance = T::nearest(16.0 * size as f64) * T::EPSILON;
-        while this.rank < size {
-            let Some(pivot) = this.largest_remaining(tolerance) else { break };
-            this.eliminate(matrix, pivot);
+        for (i, row) in this.factor.chunks_exact_mut(size.max(1)).enumerate() {
+            let entries = matrix[i * size..][i..size].iter().zip(&this.scale[i..]);
+            for (entry, (value, scale)) in row[i..].iter_mut().zip(entries) {
+                *entry = *value * this.scale[i] * *scale;
+            }
         }
+        let tolerance = T::nearest(16.0 * size as f64) * T::EPSILON;
+        let mut rank = 0;
+        while let Some(pivot) = this.largest_remaining(rank, tolerance) {
+            this.exchange(rank, pivot);
+            this.eliminate(rank);
+            rank += 1;
+        }
+        this.rank[0] = T::nearest(rank as f64);
         this
     }
 
-    /// The factor that [`SemidefiniteFactor::new`] left in `workspace`, of the rank it had.
-    pub(super) fn resumed(size: usize, rank: usize, workspace: &'w mut [T]) -> Self {
+    /// The factor that [`SemidefiniteFactor::new`] left in `workspace`.
+    pub(super) fn resumed(size: usize, workspace: &'w mut [T]) -> Self {
         let (factor, rest) = workspace.split_at_mut(size * size);
         let (scale, rest) = rest.split_at_mut(size);
-        let (remaining, order) = rest.split_at_mut(size);
-        Self { size, rank, factor, scale, remaining, order }
+        let (remaining, rest) = rest.split_at_mut(size);
+        let (origin, rest) = rest.split_at_mut(size);
+        Self { size, factor, scale, remaining, origin, rank: &mut rest[..1] }
     }
 
     /// Numerical rank.
     pub fn rank(&self) -> usize {
-        self.rank
+        index(self.rank[0]).min(self.size)
     }
 
-    fn largest_remaining(&self, tolerance: T) -> Option<usize> {
+    /// Where the largest pivot above `tolerance` stands, from `first` on.
+    fn largest_remaining(&self, first: usize, tolerance: T) -> Option<usize> {
         let mut best = None;
         let mut largest = tolerance;
-        for (i, &value) in self.remaining.iter().enumerate() {
+        for (place, &value) in self.remaining[first..].iter().enumerate() {
             if value > largest {
                 largest = value;
-                best = Some(i);
+                best = Some(first + place);
             }
         }
         best
     }
 
-    fn eliminate(&mut self, matrix: &[T], pivot: usize) {
-        let (size, column) = (self.size, self.rank);
-        let diagonal = self.remaining[pivot].sqrt();
-        self.remaining[pivot] = T::zero();
-        for i in 0..size {
-            if self.remaining[i] <= T::zero() {
-                continue;
-            }
-            let upper = if i < pivot { i * size + pivot } else { pivot * size + i };
-            let entry = matrix[upper] * self.scale[i] * self.scale[pivot];
-            let eliminated = dot(&self.factor[i * size..][..column], &self.factor[pivot * size..][..column]);
-            let value = (entry - eliminated) / diagonal;
-            self.factor[i * size + column] = value;
-            self.remaining[i] -= value * value;
+    /// Exchanges unknown `later` with the one at `place`, in all rows and columns: those above are of `U` already, the others
+    /// still of `D A D`.
+    fn exchange(&mut self, place: usize, later: usize) {
+        self.origin[place] = T::nearest(later as f64);
+        if later == place {
+            return;
         }
-        self.factor[pivot * size + column] = diagonal;
-        self.order[column] = T::nearest(pivot as f64);
-        self.rank += 1;
+        let size = self.size;
+        for row in self.factor.chunks_exact_mut(size).take(place) {
+            row.swap(place, later);
+        }
+        for between in place + 1..later {
+            self.factor.swap(place * size + between, between * size + later);
+        }
+        let (above, below) = self.factor.split_at_mut(later * size);
+        above[place * size..][later + 1..size].swap_with_slice(&mut below[later + 1..size]);
+        self.scale.swap(place, later);
+        self.remaining.swap(place, later);
     }
 
-    fn pivot(&self, column: usize) -> usize {
-        self.order[column].widen() as usize
+    /// Row `place` of `U`.
+    fn eliminate(&mut self, place: usize) {
+        let size = self.size;
+        let (above, own) = self.factor.split_at_mut(place * size);
+        let diagonal = self.remaining[place].sqrt();
+        own[place] = diagonal;
+        let next = place + 1;
+        let own = &mut own[next..size];
+        if !own.is_empty() {
+            let factors = above.get(place..).unwrap_or_default();
+            add_rows(own, -T::one(), place, (factors, size), (above.get(next..).unwrap_or_default(), size));
+        }
+        for (entry, remaining) in own.iter_mut().zip(&mut self.remaining[next..]) {
+            *entry /= diagonal;
+            *remaining -= *entry * *entry;
+        }
     }
 
     /// Replaces `rhs`, `size x columns` row-major, by the solution; unknowns beyond the rank become zero.
@@ -105,42 +132,53 @@ impl<'w, T: Scalar> SemidefiniteFactor<'w, T> {
     /// # Panics
     /// If `rhs` has fewer than `size * columns` entries.
     pub fn solve(&self, rhs: &mut [T], columns: usize) {
-        let size = self.size;
-        for step in 0..self.rank {
-            let pivot = self.pivot(step);
-            scale_row(rhs, columns, pivot, self.scale[pivot]);
-            for earlier in 0..step {
-                let factor = self.factor[pivot * size + earlier];
-                subtract_row(rhs, columns, pivot, factor, self.pivot(earlier));
-            }
-            scale_row(rhs, columns, pivot, T::one() / self.factor[pivot * size + step]);
+        self.solve_half(rhs, columns);
+        self.solve_rest(rhs, columns);
+    }
+
+    /// Replaces `rhs` by `W = U^-T D rhs`, so that `W^T W = rhs^T A^# rhs`: rows in the order of the pivots, and those beyond the
+    /// rank zero.
+    pub(super) fn solve_half(&self, rhs: &mut [T], columns: usize) {
+        let (size, rank) = (self.size, self.rank());
+        for place in 0..rank {
+            exchange_rows(rhs, columns, place, index(self.origin[place]));
         }
-        for step in (0..self.rank).rev() {
-            let pivot = self.pivot(step);
-            for later in step + 1..self.rank {
-                let row = self.pivot(later);
-                subtract_row(rhs, columns, pivot, self.factor[row * size + step], row);
-            }
-            scale_row(rhs, columns, pivot, T::one() / self.factor[pivot * size + step]);
+        for place in 0..rank {
+            let (above, own) = rhs.split_at_mut(place * columns);
+            let own = &mut own[..columns];
+            scale(own, self.scale[place]);
+            add_rows(own, -T::one(), place, (&self.factor[place..], size), (above, columns));
+            scale(own, T::one() / self.factor[place * size + place]);
         }
-        // Unscale, and clear the rows that are no pivots. `order` names pivots only, so mark by membership.
-        for row in 0..size {
-            let is_pivot = (0..self.rank).any(|step| self.pivot(step) == row);
-            scale_row(rhs, columns, row, if is_pivot { self.scale[row] } else { T::zero() });
+        rhs[rank * columns..size * columns].fill(T::zero());
+    }
+
+    /// Replaces `W` of [`SemidefiniteFactor::solve_half`] by the solution.
+    pub(super) fn solve_rest(&self, rhs: &mut [T], columns: usize) {
+        let (size, rank) = (self.size, self.rank());
+        for place in (0..rank).rev() {
+            let (own, below) = rhs[place * columns..].split_at_mut(columns);
+            let row = &self.factor[place * size..][place..size];
+            add_rows(own, -T::one(), rank - place - 1, (&row[1..], 1), (below, columns));
+            scale(own, T::one() / row[0]);
+        }
+        for (row, factor) in rhs.chunks_exact_mut(columns).zip(&self.scale[..rank]) {
+            scale(row, *factor);
+        }
+        for place in (0..rank).rev() {
+            exchange_rows(rhs, columns, place, index(self.origin[place]));
         }
     }
 }
 
-fn scale_row<T: Scalar>(matrix: &mut [T], columns: usize, row: usize, factor: T) {
-    for value in &mut matrix[row * columns..(row + 1) * columns] {
-        *value *= factor;
-    }
+/// The index that was stored as a scalar.
+fn index<T: Scalar>(stored: T) -> usize {
+    stored.widen() as usize
 }
 
-/// `matrix[row] -= factor * matrix[other]`, for two different rows.
-fn subtract_row<T: Scalar>(matrix: &mut [T], columns: usize, row: usize, factor: T, other: usize) {
-    let (before, after) = matrix.split_at_mut(row.max(other) * columns);
-    let (low, high) = (&mut before[row.min(other) * columns..][..columns], &mut after[..columns]);
-    let (target, source) = if row < other { (low, high) } else { (high, low) };
-    add_scaled(target, -factor, source);
+fn exchange_rows<T: Scalar>(matrix: &mut [T], columns: usize, row: usize, later: usize) {
+    if row < later {
+        let (before, after) = matrix.split_at_mut(later * columns);
+        before[row * columns..][..columns].swap_with_slice(&mut after[..columns]);
+    }
 }

@@ -1,35 +1,41 @@
 //! One backward step of the recursion: expected cost of the sequence, gains, next cost-to-go.
 //!
-//! What one step needs of the link is in `expectation`; iterating to a fixed point is the caller's business.
+//! What one step needs of the link is in `expectation` and `link`; iterating to a fixed point is the caller's business.
 
 use super::change::Change;
-use super::dense::{add_product, add_scaled, add_transposed_product, mirror_upper};
-use super::expectation::{Link, Products, fill_later};
+use super::cost_to_go::Layout;
+use super::dense::{add_rows, add_scaled, mirror_upper};
+use super::expectation::{Expectations, Products, products_len, sums_len};
+use super::link::{Link, fill_later, fill_told};
 use super::{Dimensions, InvalidProblem, Problem, SemidefiniteFactor, semidefinite};
-use crate::{DefaultInput, Scalar};
+use crate::Scalar;
 
 /// The recursion's state: cost-to-go `(P, S, Y, N_t)` and the gains of the last step.
 #[derive(Debug)]
 pub struct Synthesis<'p, 'w, T> {
     pub(super) problem: Problem<'p, T>,
-    /// `P` (`nx x nx`), `S` (`nx x n_v nu`), `Y` and `N_0 .. N_{n_v - 1}` (each `n_v nu` square), in this order.
+    /// `P`, `S`, `Y` and `N_0 .. N_{n_v - 1}` as [`Layout`] says.
     pub(super) value: &'w mut [T],
     /// `Rbar`, `N nu` square: quadratic expected cost of the sequence.
     pub(super) quadratic: &'w mut [T],
-    /// Of `quadratic`, with its `rank`, from the last [`Synthesis::optimal_step`].
+    /// Of `quadratic`, from the last [`Synthesis::optimal_step`].
     pub(super) factor: &'w mut [T],
-    pub(super) rank: usize,
     /// `[Gx Gv]`, `N nu x (nx + n_v nu)`: cost of the sequence times `[x; vbar]`.
     linear: &'w mut [T],
-    /// `[Lx M]`, of the same shape.
+    /// `[Lx M]`, of the same shape, or half of the way there: see `unsolved`.
     gains: &'w mut [T],
-    /// What the gains take off the cost, as a quadratic form in `[x; vbar]`.
-    effect: &'w mut [T],
-    /// Two squares of `n_v nu` rows.
-    pub(super) squares: &'w mut [T],
+    /// One number: not zero where `gains` holds `-W`, with `W^T W` what the gains take off the cost, and the gains are still to
+    /// be solved for.
+    unsolved: &'w mut [T],
     pub(super) products: Products<'w, T>,
     /// `g(m + 1)` for every stacked in-flight input.
     later: &'w [T],
+    /// What weighs the `N_t` in sums over them.
+    told: &'w [T],
+    /// Two triangles of the inputs in flight.
+    sums: &'w mut [T],
+    /// `nx + n_v nu` numbers to work in.
+    scratch: &'w mut [T],
 }
 
 impl<'p, 'w, T: Scalar> Synthesis<'p, 'w, T> {
@@ -46,37 +52,39 @@ impl<'p, 'w, T: Scalar> Synthesis<'p, 'w, T> {
     /// A recursion with the cost-to-go and the gains that another one of the same dimensions has left in `workspace`: for
     /// work that is done in slices. Plant, cost and link may have changed since.
     ///
-    /// Before a [`super::LinearCost`] is stepped with it, it needs an [`Synthesis::optimal_step`] of its own.
-    ///
     /// # Errors
     /// Names the slice whose length does not fit.
     pub fn resume(problem: Problem<'p, T>, workspace: &'w mut [T]) -> Result<Self, InvalidProblem> {
         problem.check(workspace.len())?;
         let dimensions = problem.dimensions;
         let (rows, columns) = (dimensions.sequence_rows(), dimensions.gain_columns());
-        let v = dimensions.in_flight_rows();
         let (value, rest) = workspace.split_at_mut(dimensions.value_len());
         let (quadratic, rest) = rest.split_at_mut(rows * rows);
         let (factor, rest) = rest.split_at_mut(semidefinite::workspace_len(rows));
         let (linear, rest) = rest.split_at_mut(rows * columns);
         let (gains, rest) = rest.split_at_mut(rows * columns);
-        let (effect, rest) = rest.split_at_mut(columns * columns);
-        let (squares, rest) = rest.split_at_mut(2 * v * v);
-        let (later, rest) = rest.split_at_mut(v);
+        let (unsolved, rest) = rest.split_at_mut(1);
+        let (later, rest) = rest.split_at_mut(dimensions.in_flight_rows());
         fill_later(problem.survival, &dimensions, later);
-        let products = Products::new(&dimensions, rest);
+        let (told, rest) = rest.split_at_mut(2 * dimensions.in_flight());
+        fill_told(problem.survival, told);
+        let (products, rest) = rest.split_at_mut(products_len(&dimensions));
+        let products = Products::new(&dimensions, products);
+        let (sums, rest) = rest.split_at_mut(sums_len(&dimensions));
+        let scratch = &mut rest[..columns];
         Ok(Self {
             problem,
             value,
             quadratic,
             factor,
-            rank: 0,
             linear,
             gains,
-            effect,
-            squares,
+            unsolved,
             products,
             later,
+            told,
+            sums,
+            scratch,
         })
     }
 
@@ -84,9 +92,7 @@ impl<'p, 'w, T: Scalar> Synthesis<'p, 'w, T> {
     pub fn restart(&mut self, terminal: &[T]) {
         self.value.fill(T::zero());
         let nx = self.dimensions().states;
-        for (entry, weight) in self.value[..nx * nx].iter_mut().zip(terminal) {
-            *entry = *weight;
-        }
+        self.value[..nx * nx].copy_from_slice(&terminal[..nx * nx]);
     }
 
     /// Sizes of the problem.
@@ -95,7 +101,14 @@ impl<'p, 'w, T: Scalar> Synthesis<'p, 'w, T> {
     }
 
     /// `[Lx M]`, `N nu x (nx + n_v nu)` row-major: `U = Lx xhat + M vbar`. THEORY 3.
-    pub fn gains(&self) -> &[T] {
+    ///
+    /// A step needs only half of their solution; the other half is done here, once.
+    pub fn gains(&mut self) -> &[T] {
+        if !self.unsolved[0].is_zero() {
+            let (rows, columns) = (self.dimensions().sequence_rows(), self.dimensions().gain_columns());
+            SemidefiniteFactor::resumed(rows, self.factor).solve_rest(self.gains, columns);
+            self.unsolved[0] = T::zero();
+        }
         self.gains
     }
 
@@ -118,9 +131,9 @@ impl<'p, 'w, T: Scalar> Synthesis<'p, 'w, T> {
 
     /// Sets the gains that [`Synthesis::fixed_step`] evaluates; same layout as [`Synthesis::gains`].
     pub fn set_gains(&mut self, gains: &[T]) {
-        for (entry, gain) in self.gains.iter_mut().zip(gains) {
-            *entry = *gain;
-        }
+        let length = self.gains.len();
+        self.gains.copy_from_slice(&gains[..length]);
+        self.unsolved[0] = T::zero();
     }
 
     /// `P`, `nx x nx`: the cost-to-go of the state when nothing is in flight.
@@ -129,12 +142,13 @@ impl<'p, 'w, T: Scalar> Synthesis<'p, 'w, T> {
         &self.value[..nx * nx]
     }
 
-    /// The whole cost-to-go `(P, S, Y, N_t)`, [`Dimensions::value_len`] numbers.
+    /// The whole cost-to-go, [`Dimensions::value_len`] numbers: `P`, `S`, and of `Y` and each `N_t` the lower triangle by
+    /// rows, that of `N_t` from in-flight input `t` on.
     pub fn value(&self) -> &[T] {
         self.value
     }
 
-    /// The whole cost-to-go, to set it. `P`, `Y` and every `N_t` must be symmetric.
+    /// The whole cost-to-go, to set it. `P` must be symmetric.
     pub fn value_mut(&mut self) -> &mut [T] {
         self.value
     }
@@ -146,145 +160,114 @@ impl<'p, 'w, T: Scalar> Synthesis<'p, 'w, T> {
     /// infinite once a value or a sum of them has overflowed.
     pub fn optimal_step(&mut self) -> T {
         self.expect();
-        let dimensions = self.dimensions();
-        let (rows, columns) = (dimensions.sequence_rows(), dimensions.gain_columns());
-        for (gain, coefficient) in self.gains.iter_mut().zip(self.linear.iter()) {
+        let (rows, columns) = (self.dimensions().sequence_rows(), self.dimensions().gain_columns());
+        for (gain, coefficient) in self.gains.iter_mut().zip(&*self.linear) {
             *gain = -*coefficient;
         }
-        let factor = SemidefiniteFactor::new(self.quadratic, rows, self.factor);
-        factor.solve(self.gains, columns);
-        self.rank = factor.rank();
-        self.effect.fill(T::zero());
-        add_transposed_product(self.effect, T::one(), (self.linear, columns), (self.gains, columns));
-        mirror_upper(self.effect, columns);
-        self.step_back()
+        SemidefiniteFactor::new(self.quadratic, rows, self.factor).solve_half(self.gains, columns);
+        self.unsolved[0] = T::one();
+        self.step_back::<true>()
     }
 
     /// One step with the gains held (THEORY 5): linear in the cost-to-go but for the stage cost.
-    ///
-    /// Returns the relative change as [`Synthesis::optimal_step`] does.
-    pub fn fixed_step(&mut self) -> T {
+    pub fn fixed_step(&mut self) {
+        self.gains();
         self.expect();
-        let dimensions = self.dimensions();
-        let (rows, columns) = (dimensions.sequence_rows(), dimensions.gain_columns());
-        // G + Rbar L / 2: its product with L, plus the transpose, is sym(G^T L) + L^T Rbar L.
+        let (rows, columns) = (self.dimensions().sequence_rows(), self.dimensions().gain_columns());
+        // X = G + T L, with T + T^T = Rbar: X^T L, plus the transpose, is sym(G^T L) + L^T Rbar L.
         let half = T::nearest(0.5);
-        add_product(self.linear, half, (self.quadratic, rows), (self.gains, columns));
-        self.effect.fill(T::zero());
-        add_transposed_product(self.effect, T::one(), (self.linear, columns), (self.gains, columns));
-        for row in 0..columns {
-            for column in row..columns {
-                self.effect[row * columns + column] += self.effect[column * columns + row];
-            }
-            // The diagonal met itself above, which is what sym() asks for.
+        for (row, out) in self.linear.chunks_exact_mut(columns).enumerate() {
+            let weights = &self.quadratic[row * rows..][row..rows];
+            let (own, later) = self.gains[row * columns..].split_at(columns);
+            add_scaled(out, half * weights[0], own);
+            add_rows(out, T::one(), rows - row - 1, (&weights[1..], 1), (later, columns));
         }
-        mirror_upper(self.effect, columns);
-        self.step_back()
+        self.step_back::<false>();
     }
 
     /// The link as the recursion sees it.
     pub(super) fn link(&self) -> Link<'_, T> {
-        Link { survival: self.problem.survival, dimensions: self.problem.dimensions, later: self.later }
-    }
-
-    /// Numbers in `P`, in `S`, and in each of the others.
-    pub(super) fn parts(&self) -> (usize, usize, usize) {
-        let dimensions = self.dimensions();
-        let (nx, v) = (dimensions.states, dimensions.in_flight_rows());
-        (nx * nx, nx * v, v * v)
+        let Self { problem: Problem { survival, dimensions, .. }, later, told, .. } = *self;
+        Link { survival, dimensions, later, told }
     }
 
     /// Fills `quadratic` and `linear` from the cost-to-go.
     pub(super) fn expect(&mut self) {
-        let link =
-            Link { survival: self.problem.survival, dimensions: self.problem.dimensions, later: self.later };
-        let (p_len, s_len, square) = self.parts();
-        let (p, rest) = self.value.split_at(p_len);
-        let (s, rest) = rest.split_at(s_len);
-        let (y, n) = rest.split_at(square);
+        let Problem { survival, dimensions, .. } = self.problem;
+        let link = Link { survival, dimensions, later: self.later, told: self.told };
+        let (p, s, y, told) = link.layout().split(self.value);
         self.products.compute(&self.problem, p, s);
-        let (inner_quadratic, inner_linear) = self.squares.split_at_mut(square);
-        link.in_flight_cost(y, n, inner_quadratic, inner_linear);
-        link.quadratic(&self.products, inner_quadratic, self.quadratic);
-        link.linear(&self.problem, &self.products, inner_linear, self.linear);
+        Expectations { quadratic: self.quadratic, linear: self.linear }.fill(
+            &link,
+            &self.problem,
+            &self.products,
+            (y, told),
+            self.sums,
+            self.scratch,
+        );
     }
 
-    /// Replaces the cost-to-go by that of one cycle earlier, given `effect` and the products of the old one.
-    fn step_back(&mut self) -> T {
-        let dimensions = self.dimensions();
-        let link = Link { survival: self.problem.survival, dimensions, later: self.later };
-        let (p_len, s_len, square) = self.parts();
-        let (nx, v, columns) = (dimensions.states, dimensions.in_flight_rows(), dimensions.gain_columns());
-        let effect = &*self.effect;
-        let effect_at = |row: usize, column: usize| effect[row * columns + column];
-        let (p, rest) = self.value.split_at_mut(p_len);
-        let (s, rest) = rest.split_at_mut(s_len);
-        let (y, n) = rest.split_at_mut(square);
-        let (next, run_out) = self.squares.split_at_mut(square);
+    /// Replaces the cost-to-go by that of one cycle earlier, given the products of the old one and what the gains take off:
+    /// `W^T W` in `gains`, or `-(X^T L + L^T X)` of `linear` and `gains`.
+    fn step_back<const MEASURED: bool>(&mut self) -> T {
+        let Problem { survival, dimensions, .. } = self.problem;
+        let (nx, columns) = (dimensions.states, dimensions.gain_columns());
+        let link = Link { survival, dimensions, later: self.later, told: self.told };
+        let effect = Effect {
+            gains: self.gains,
+            with: if self.unsolved[0].is_zero() { Some(&*self.linear) } else { None },
+            rows: dimensions.sequence_rows(),
+            columns,
+        };
+        let (p, s, y, told) = Layout::of(&dimensions).split_mut(self.value);
 
-        let mut largest = T::zero();
-        // P = Q + A^T P A + Gx^T Lx
-        let mut part = Change::none();
-        let (a, q) = (self.problem.a, self.problem.q);
-        for row in 0..nx {
-            for column in row..nx {
-                let mut sum = q[row * nx + column];
-                for inner in 0..nx {
-                    sum += a[inner * nx + row] * self.products.pa[inner * nx + column];
-                }
-                part.replace(&mut p[row * nx + column], sum + effect_at(row, column));
-            }
+        // P = Q + A^T P A + Gx^T Lx, S = D A^T P B V0 + D A^T S (I - C) Z + Gx^T M
+        let v = link.later.len();
+        let (mut of_p, mut of_s) = (Change::<T, MEASURED>::none(), Change::<T, MEASURED>::none());
+        for state in 0..nx {
+            let row = &mut self.scratch[..columns];
+            let (of_states, of_inputs) = row.split_at_mut(nx);
+            of_states.copy_from_slice(&self.problem.q[state * nx..][..nx]);
+            add_rows(of_states, T::one(), nx, (&self.problem.a[state..], nx), (self.products.pa, nx));
+            of_inputs.fill(T::zero());
+            link.add_state_row(&self.products, &self.problem, state, of_inputs, |g| g);
+            effect.add(-T::one(), state, state, &mut row[state..]);
+            of_p.replace_all(&mut p[state * nx..][state..nx], &row[state..nx]);
+            of_s.replace_all(&mut s[state * v..][..v], &row[nx..]);
         }
         mirror_upper(p, nx);
-        largest = largest.max(part.relative());
 
-        // S = D A^T P B V0 + D A^T S (I - C) Z + Gx^T M
-        let mut part = Change::none();
-        for row in 0..nx {
-            let next_row = &mut next[..v];
-            link.state_row(&self.products, &self.problem, row, next_row, |g| g);
-            for (column, value) in next_row.iter().enumerate() {
-                part.replace(&mut s[row * v + column], *value + effect_at(row, nx + column));
+        let of_y = link.move_fresh::<MEASURED>(&self.products, y, self.scratch);
+        let mut of_told = link.move_told::<MEASURED>(told, self.scratch);
+        link.begin_told(&mut of_told, told, self.scratch, |row, out| {
+            effect.add(T::one(), nx + row, nx, out);
+        });
+        [of_p, of_s, of_y, of_told]
+            .into_iter()
+            .fold(T::zero(), |largest, change| largest.max(change.relative()))
+    }
+}
+
+/// What the gains take off the cost, as a quadratic form in `[x; vbar]`.
+struct Effect<'w, T> {
+    /// `W`, or `L`.
+    gains: &'w [T],
+    /// `X` where `gains` are the gains themselves.
+    with: Option<&'w [T]>,
+    rows: usize,
+    columns: usize,
+}
+
+impl<T: Scalar> Effect<'_, T> {
+    /// Adds `sign` times a part of row `row`, from column `first` on, to `out`.
+    fn add(&self, sign: T, row: usize, first: usize, out: &mut [T]) {
+        let (gains, columns) = (self.gains, self.columns);
+        match self.with {
+            None => add_rows(out, sign, self.rows, (&gains[row..], columns), (&gains[first..], columns)),
+            Some(with) => {
+                add_rows(out, -sign, self.rows, (&with[row..], columns), (&gains[first..], columns));
+                add_rows(out, -sign, self.rows, (&gains[row..], columns), (&with[first..], columns));
             }
         }
-        largest = largest.max(part.relative());
-
-        // Y = D V0^T R_B V0 + sym(D V0^T B^T S (I - C) Z) + Z^T (D Y o (1 - max(c_m, c_m2))) Z
-        let mut part = Change::none();
-        link.shift_fresh(y, next);
-        link.add_applied_now(&self.products, next, |g| g);
-        mirror_upper(next, v);
-        part.replace_all(y, next);
-        largest = largest.max(part.relative());
-
-        // N_{t+1} = Z^T [ D (1 - e_t) (I - C_t) N_t (I - C_t) ] Z, N_0 = -Gv^T M; oldest first, so that each is
-        // read before it is written. With hold what runs out joins the last one.
-        let mut part = Change::none();
-        let last = dimensions.in_flight().checked_sub(1);
-        let hold = dimensions.default_input == DefaultInput::Hold;
-        if let (Some(last), true) = (last, hold) {
-            link.shift_told(last, &n[last * square..], run_out);
-        }
-        for told in last.map(|last| (0..=last).rev()).into_iter().flatten() {
-            if told > 0 {
-                link.shift_told(told - 1, &n[(told - 1) * square..told * square], next);
-            } else {
-                for (row, entries) in next.chunks_exact_mut(v).enumerate() {
-                    for (column, entry) in entries.iter_mut().enumerate() {
-                        *entry = -effect_at(nx + row, nx + column);
-                    }
-                }
-            }
-            if hold && Some(told) == last {
-                add_scaled(next, T::one(), run_out);
-            }
-            // Rows and columns before `told` are zero and stay so.
-            let first = told * dimensions.inputs;
-            for row in first..v {
-                let entries = &mut n[told * square + row * v..][first..v];
-                part.replace_all(entries, &next[row * v + first..(row + 1) * v]);
-            }
-        }
-        largest.max(part.relative())
     }
 }

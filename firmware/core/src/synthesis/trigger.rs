@@ -4,7 +4,6 @@
 //! linear in the weights that the link puts on what is in flight: wherever the recursion has `g`, it has `1 - g`.
 //! What is done with the tables is [`crate::event`]'s business.
 
-use super::dense::mirror_upper;
 use super::{Dimensions, Synthesis};
 use crate::Scalar;
 use crate::event::{TableLengths, packed_index};
@@ -31,41 +30,37 @@ impl<T: Scalar> Synthesis<'_, '_, T> {
         let dimensions = self.dimensions();
         let Dimensions { states: nx, inputs: nu, .. } = dimensions;
         let (v, rows, one) = (dimensions.in_flight_rows(), dimensions.sequence_rows(), T::one());
-        let (p_len, s_len, square) = self.parts();
         for row in 0..rows {
             for column in row..rows {
                 sequence[packed_index(rows, row, column)] = self.quadratic[row * rows + column];
             }
         }
-        let mut squares = core::mem::take(&mut self.squares);
-        let (applied, told) = squares.split_at_mut(square);
         let link = self.link();
         for (row, out) in state.chunks_exact_mut(v.max(1)).take(nx).enumerate() {
-            link.state_row(&self.products, &self.problem, row, out, |g| one - g);
+            out.fill(T::zero());
+            link.add_state_row(&self.products, &self.problem, row, out, |g| one - g);
         }
-        let (y, n) = self.value[p_len + s_len..].split_at(square);
-        link.shift(0, y, applied, |g_row, g_column| one - g_row.min(g_column));
-        link.add_applied_now(&self.products, applied, |g| one - g);
-        mirror_upper(applied, v);
+        let (_, _, y, told) = link.layout().split(self.value);
         let mut from = 0;
-        for s in 0..dimensions.in_flight() {
-            let g_s = link.g(s);
-            // A packet that must have arrived leaves nothing in flight.
-            let left =
-                |g_row: T, g_column: T| if g_s > T::zero() { g_row * (g_column / g_s) } else { T::zero() };
-            link.shift(s, &n[s * square..(s + 1) * square], told, |row, column| one - left(row, column));
-            let first = s * nu;
+        for (s, (first, told)) in link.layout().each_told(told).enumerate() {
             let size = v - first;
-            for row in 0..size {
-                for column in row..size {
-                    let at = (first + row) * v + first + column;
+            for row in first..v {
+                for column in row..v {
+                    let told = link.moved((first, told), row, column, |g_row, g_column| {
+                        one - link.still_untold(s, g_row, g_column)
+                    });
                     // What is applied in cycle s, with all that follows it; of the later ones only what is told.
-                    let now = if row < nu { applied[at] } else { T::zero() };
-                    in_flight[from + packed_index(size, row, column)] = now - told[at];
+                    let mut now = T::zero();
+                    if row < first + nu {
+                        now = link.moved((0, y), row, column, |g_row, g_column| one - g_row.min(g_column));
+                    }
+                    if row < nu {
+                        now += link.applied_now(&self.products, column, row, |g| one - g);
+                    }
+                    in_flight[from + packed_index(size, row - first, column - first)] = now - told;
                 }
             }
             from += TableLengths::packed(size);
         }
-        self.squares = core::mem::take(&mut squares);
     }
 }

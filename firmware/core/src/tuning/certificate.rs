@@ -24,7 +24,10 @@
 //! mode, nor by complex pairs. What it does not bound is rounding, in the `m` steps and in the factorisation. Pivots must
 //! therefore exceed a margin, relative to `V`, that is far above what rounding was seen to do.
 
-use crate::{Scalar, synthesis::Dimensions};
+use crate::{
+    Scalar,
+    synthesis::{Dimensions, Layout},
+};
 
 /// Matrices whose definiteness makes a cost-to-go positive.
 pub(super) const fn blocks(dimensions: &Dimensions) -> usize {
@@ -118,10 +121,7 @@ impl<T: Scalar> Difference<'_, T> {
             (Place::State(row), Place::State(column)) => value[row * nx + column],
             (Place::State(row), Place::Input(column)) => value[nx * nx + row * v + column],
             (Place::Input(row), Place::Input(column)) => {
-                let (fresh, told) = value[nx * nx + nx * v..].split_at(v * v);
-                let at = row * v + column;
-                let told = told.chunks_exact(v * v).skip(block);
-                told.fold(fresh[at], |left, told| left - told[at])
+                Layout::of(&self.dimensions).untold(value, block, row, column)
             }
             // Only one triangle is asked for.
             (Place::Input(_), Place::State(_)) => T::zero(),

@@ -149,8 +149,9 @@ impl<'a, 'w, T: Scalar, const NX: usize, const NU: usize, const N: usize> Solver
         let (lx, rest) = tables.split_at_mut((rows * NX).min(tables.len()));
         let (m, arrival) = rest.split_at_mut((rows * (columns - NX)).min(rest.len()));
         // The lengths were checked when the solver was made.
-        if let Ok(synthesis) = self.synthesis(true) {
-            let by_row = || synthesis.gains().chunks_exact(columns).map(|row| row.split_at(NX));
+        if let Ok(mut synthesis) = self.synthesis(true) {
+            let gains = synthesis.gains();
+            let by_row = || gains.chunks_exact(columns).map(|row| row.split_at(NX));
             lx.iter_mut().zip(by_row().flat_map(|(lx, _)| lx)).for_each(|(to, from)| *to = *from);
             m.iter_mut().zip(by_row().flat_map(|(_, m)| m)).for_each(|(to, from)| *to = *from);
         }

@@ -1,0 +1,45 @@
+//! What `solve` takes: one solution a run, to be counted by a tool that counts instructions.
+//!
+//! ```text
+//! cargo bench -p gain-gen --bench solve --profile dev -- double_integrator 20
+//! ```
+//!
+//! prints the rate and the steps it took. Under `valgrind --tool=callgrind --toggle-collect='solve::counted'` the program it has
+//! built counts the instructions of `solve` and nothing else.
+
+use gain_gen::{
+    design::Design,
+    solve::{LoopProblem, Method, Solution, solve},
+};
+use std::hint::black_box;
+
+const DESIGNS: [(&str, &str); 2] = [
+    ("double_integrator", include_str!("../../designs/double_integrator_bad.toml")),
+    ("pendulum", include_str!("../../designs/pendulum.toml")),
+];
+
+/// Not inlined, so that it has a name to be counted by.
+#[inline(never)]
+fn counted(problem: &LoopProblem) -> Solution {
+    solve(black_box(problem), Method::InFlight)
+}
+
+fn main() {
+    // cargo adds `--bench`.
+    let arguments: Vec<String> = std::env::args().skip(1).filter(|argument| argument != "--bench").collect();
+    let cases = match arguments.as_slice() {
+        [] => vec![("double_integrator", 20), ("double_integrator", 100), ("pendulum", 16)],
+        [design, length] => vec![(design.as_str(), length.parse().expect("a length"))],
+        _ => panic!("usage: solve [DESIGN LENGTH]"),
+    };
+    for (name, length) in cases {
+        let (_, text) =
+            DESIGNS.iter().find(|design| design.0 == name).expect("double_integrator or pendulum");
+        let design = Design::parse(text, "design.toml").expect("a design of the project");
+        let found = counted(&LoopProblem::of(&design).with_length(length));
+        println!(
+            "{name:<18} N = {length:>3}  {:?}, rate {:.12}, {} steps, {} policy iterations, residual {:.1e}",
+            found.outcome, found.mean_square_rate, found.iterations, found.policy_iterations, found.residual
+        );
+    }
+}
