@@ -155,12 +155,24 @@ fn benefits<const NU: usize>(situation: &Situation, plant: &Plant<NU>) -> (f64, 
     let v = dimensions.in_flight_rows();
     let (p, rest) = value.split_at(NX * NX);
     let (s, rest) = rest.split_at(NX * v);
-    let (y, n) = rest.split_at(v * v);
+    // Triangles one after the other: `Y`, and `N_t` from in-flight input `t` on.
+    let mut rest = rest.iter().copied();
+    let mut square = |first: usize| {
+        let mut matrix = vec![0.0; v * v];
+        for row in first..v {
+            for column in first..=row {
+                let entry = rest.next().expect("an entry of the triangle");
+                matrix[row * v + column] = entry;
+                matrix[column * v + row] = entry;
+            }
+        }
+        matrix
+    };
     let to_go = CostToGo {
         p: p.to_vec(),
         s: s.to_vec(),
-        y: y.to_vec(),
-        n: n.chunks((v * v).max(1)).map(<[f64]>::to_vec).collect(),
+        y: square(0),
+        n: (0..dimensions.in_flight()).map(|t| square(t * NU)).collect(),
         sx: linear.state().to_vec(),
         sv: linear.in_flight().to_vec(),
     };
