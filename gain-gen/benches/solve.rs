@@ -4,8 +4,10 @@
 //! cargo bench -p gain-gen --bench solve --profile dev -- double_integrator 20
 //! ```
 //!
-//! prints the rate and the steps it took. Under `valgrind --tool=callgrind --toggle-collect='solve::counted'` the program it has
-//! built counts the instructions of `solve` and nothing else.
+//! prints the rate and the steps it took. Under `valgrind --tool=callgrind --toggle-collect='solve::counted*'` the program it has
+//! built counts the instructions of `solve` and nothing else. With this file and its entry in `Cargo.toml` put into the sources
+//! of commit 2dd7b08, the last before this work, that takes 67.1 million for the double integrator on `bad` with N = 20, 5668
+//! million with N = 100, and 116.0 million for the pendulum with N = 16.
 
 use gain_gen::{
     design::Design,

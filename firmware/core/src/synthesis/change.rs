@@ -30,10 +30,22 @@ impl<T: Scalar, const MEASURED: bool> Change<T, MEASURED> {
         *self = self.replaced(entries, values, values, |value, _| factor * value);
     }
 
-    /// `entries` become `values`, each times `factor` and its weight.
+    /// A triangle becomes the beginning of another one, each entry times `factor` and the weights of its row and column.
     #[inline(never)]
-    pub(super) fn replace_weighed(&mut self, entries: &mut [T], values: &[T], factor: T, weights: &[T]) {
-        *self = self.replaced(entries, values, weights, |value, weight| (factor * weight) * value);
+    pub(super) fn replace_triangle(&mut self, entries: &mut [T], values: &[T], factor: T, weights: &[T]) {
+        let mut change = *self;
+        let (mut entries, mut values) = (entries, values);
+        for (row, weight) in weights.iter().enumerate() {
+            if entries.is_empty() {
+                break;
+            }
+            let (of_row, rest) = entries.split_at_mut(row + 1);
+            let (new, later) = values.split_at(row + 1);
+            (entries, values) = (rest, later);
+            let factor = factor * *weight;
+            change = change.replaced(of_row, new, weights, |value, weight| (factor * weight) * value);
+        }
+        *self = change;
     }
 
     /// The sums go through it by value: they stay in registers.

@@ -48,14 +48,15 @@ fn add_four<T: Scalar>(
     let (first, rows) = (&rows[..width], &rows[row_stride..]);
     let (second, rows) = (&rows[..width], &rows[row_stride..]);
     let (third, fourth) = (&rows[..width], &rows[row_stride..][..width]);
-    let factor = |index: usize| scale * factors[index * factor_stride];
-    let factors = [factor(0), factor(1), factor(2), factor(3)];
+    let (first_factor, factors) = (scale * factors[0], &factors[factor_stride..]);
+    let (second_factor, factors) = (scale * factors[0], &factors[factor_stride..]);
+    let (third_factor, fourth_factor) = (scale * factors[0], scale * factors[factor_stride]);
     for index in 0..width {
         out[index] = out[index]
-            + factors[0] * first[index]
-            + factors[1] * second[index]
-            + factors[2] * third[index]
-            + factors[3] * fourth[index];
+            + first_factor * first[index]
+            + second_factor * second[index]
+            + third_factor * third[index]
+            + fourth_factor * fourth[index];
     }
 }
 

@@ -11,10 +11,10 @@
 //! The sums over `t` need two numbers for each pair of inputs in flight. With `g_m = g(m+1)`, `k_m = 1 - g_m`, `m2 <= m`,
 //!
 //! ```text
-//! H_s = sum_{t<=s} N_t g(0) / g(t)            D = sum_{s<=m2} (g(s) - g(s+1)) / g(0) H_s
-//! sum_t N_t           =  D + g_m2 / g(0) H_m2                     sum_t c_{m2|t} N_t  =  D
-//! sum_t c_{m|t} N_t   =  D + (g_m2 - g_m) / g(0) H_m2
-//! sum_t { 1 - g(t) + g(t) c_{m|t} c_{m2|t} } N_t  =  k_m2 sum_t N_t - g_m D
+//! H_s = sum_{t<=s} N_t g(0) / g(t)            F = sum_{s<=m2} (g(s) - g(s+1)) / g(0) H_s
+//! sum_t N_t           =  F + g_m2 / g(0) H_m2                     sum_t c_{m2|t} N_t  =  F
+//! sum_t c_{m|t} N_t   =  F + (g_m2 - g_m) / g(0) H_m2
+//! sum_t { 1 - g(t) + g(t) c_{m|t} c_{m2|t} } N_t  =  k_m2 sum_t N_t - g_m F
 //! ```
 //!
 //! (summed by parts: what arrives between `t` and `m` arrives in one of these cycles). No weight is negative, so nothing
@@ -117,12 +117,15 @@ impl<T: Scalar> Expectations<'_, T> {
         let Dimensions { states: nx, inputs: nu, .. } = link.dimensions;
         let (rows, columns) = (link.dimensions.sequence_rows(), link.dimensions.gain_columns());
         let v = link.later.len();
+        let ends_certain = link.ends_certain();
         for m in 0..v {
             let square = &mut row[..=m];
             let (of_row, of_column) = (&mut history[triangle::row(m)], &mut arrived[triangle::row(m)]);
             weigh(link, m, &y[triangle::row(m)], square, of_row, of_column);
-            for (first, matrix) in link.certain(told).take_while(|(first, _)| *first <= m) {
-                add_scaled(&mut square[first..], -T::one(), &matrix[triangle::row(m - first)]);
+            if ends_certain {
+                for (first, matrix) in link.certain(told).take_while(|(first, _)| *first <= m) {
+                    add_scaled(&mut square[first..], -T::one(), &matrix[triangle::row(m - first)]);
+                }
             }
             // Now `square` is row `m` of what stands between `E^T` and `E`, and `of_row` and `of_column` are row and column `m` of
             // what stands between `E^T` and `Z`.
@@ -181,7 +184,7 @@ impl<T: Scalar> Expectations<'_, T> {
     }
 }
 
-/// Fills the triangles of `H_{m2}` and `D`.
+/// Fills the triangles of `H_{m2}` and `F`.
 fn add_up<T: Scalar>(link: &Link<'_, T>, told: &[T], history: &mut [T], arrived: &mut [T]) {
     history.fill(T::zero());
     arrived.fill(T::zero());
@@ -190,32 +193,39 @@ fn add_up<T: Scalar>(link: &Link<'_, T>, told: &[T], history: &mut [T], arrived:
         if inverse.is_zero() {
             break;
         }
-        let mut entries = matrix;
-        let mut end = triangle::len(first);
-        for m in first..link.later.len() {
-            let width = m - first + 1;
-            end += m + 1;
-            let (row, rest) = entries.split_at(width);
-            entries = rest;
-            let (history, arrived) = (&mut history[end - width..end], &mut arrived[end - width..end]);
-            add_told(history, arrived, row, inverse, arrives);
+        let start = triangle::len(first);
+        add_told(&mut history[start..], &mut arrived[start..], (first, matrix), inverse, arrives);
+    }
+}
+
+/// Adds a triangle that begins with in-flight row `first` to triangles from that row on. A function of its own, so that the
+/// compiler knows that they do not overlap.
+#[inline(never)]
+fn add_told<T: Scalar>(
+    history: &mut [T],
+    arrived: &mut [T],
+    (first, matrix): (usize, &[T]),
+    inverse: T,
+    arrives: T,
+) {
+    let (mut history, mut arrived, mut entries) = (history, arrived, matrix);
+    let mut width = 0;
+    while !entries.is_empty() {
+        width += 1;
+        let (row, rest) = entries.split_at(width);
+        let (of_row, later_history) = history.split_at_mut(first + width);
+        let (until_row, later_arrived) = arrived.split_at_mut(first + width);
+        (entries, history, arrived) = (rest, later_history, later_arrived);
+        let (of_row, until_row) = (&mut of_row[first..], &mut until_row[first..]);
+        for index in 0..width {
+            let sum = of_row[index] + inverse * row[index];
+            of_row[index] = sum;
+            until_row[index] += arrives * sum;
         }
     }
 }
 
-/// A function of its own, so that the compiler knows that the slices do not overlap.
-#[inline(never)]
-fn add_told<T: Scalar>(history: &mut [T], arrived: &mut [T], entries: &[T], inverse: T, arrives: T) {
-    let width = entries.len();
-    let (history, arrived) = (&mut history[..width], &mut arrived[..width]);
-    for index in 0..width {
-        let sum = history[index] + inverse * entries[index];
-        history[index] = sum;
-        arrived[index] += arrives * sum;
-    }
-}
-
-/// From row `m` of `Y`, `H` and `D` to that of what stands between `E^T` and `E`, but for what is certain, and to row and column
+/// From row `m` of `Y`, `H` and `F` to that of what stands between `E^T` and `E`, but for what is certain, and to row and column
 /// `m` of what stands between `E^T` and `Z`.
 #[inline(never)]
 fn weigh<T: Scalar>(
@@ -232,9 +242,9 @@ fn weigh<T: Scalar>(
     let (square, history, arrived) = (&mut square[..width], &mut history[..width], &mut arrived[..width]);
     for m2 in 0..width {
         let (g_m2, y) = (later[m2], y[m2]);
-        let (until_m2, d) = (relative * history[m2], arrived[m2]);
-        square[m2] = (T::one() - g_m2) * (y - (d + g_m2 * until_m2)) + g_m * d;
-        history[m2] = (g_m2 - g_m) * y - g_m2 * (d + (g_m2 - g_m) * until_m2);
-        arrived[m2] = -(g_m * d);
+        let (until_m2, f) = (relative * history[m2], arrived[m2]);
+        square[m2] = (T::one() - g_m2) * (y - (f + g_m2 * until_m2)) + g_m * f;
+        history[m2] = (g_m2 - g_m) * y - g_m2 * (f + (g_m2 - g_m) * until_m2);
+        arrived[m2] = -(g_m * f);
     }
 }

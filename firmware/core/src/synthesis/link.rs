@@ -54,15 +54,14 @@ impl<T: Scalar> Link<'_, T> {
 
     /// Those `N_t` for which `g(t)` is zero: nothing is in flight any more that is told then.
     pub(super) fn certain<'v>(&self, told: &'v [T]) -> impl Iterator<Item = (usize, &'v [T])> {
-        // `g` falls: often there is none.
-        let weights = self.told.chunks_exact(2);
-        let any = weights.clone().last().is_some_and(|last| last[0].is_zero());
-        let (possible, all) = if any {
-            (weights.take_while(|weights| !weights[0].is_zero()).count(), usize::MAX)
-        } else {
-            (0, 0)
-        };
-        self.layout().each_told(told).take(all).skip(possible)
+        let possible = self.told.chunks_exact(2).take_while(|weights| !weights[0].is_zero()).count();
+        self.layout().each_told(told).skip(possible)
+    }
+
+    /// Whether there are such.
+    pub(super) fn ends_certain(&self) -> bool {
+        // `g` falls.
+        self.told.iter().rev().nth(1).is_some_and(T::is_zero)
     }
 
     /// The weight of `N_t` between inputs with `g` of `m + 1` and `m2 + 1`, one cycle earlier: `g(m+1) g(m2+1) / g(t)`. A packet
@@ -225,6 +224,8 @@ impl<T: Scalar> Link<'_, T> {
     ) -> Change<T, MEASURED> {
         let (nu, v) = (self.dimensions.inputs, self.later.len());
         let mut change = Change::none();
+        // With hold the last rows add up several.
+        let last = v - if self.dimensions.default_input == DefaultInput::Hold { nu } else { 0 };
         let mut end = told.len();
         for t in (1..self.dimensions.in_flight()).rev() {
             let first = t * nu;
@@ -234,23 +235,19 @@ impl<T: Scalar> Link<'_, T> {
             let source = &before[start - triangle::len(v - first + nu)..];
             let weights = &self.later[first - nu..];
             let possible = inverse(self.g(t - 1)).unwrap_or_else(T::zero);
-            let (mut target, mut source_left) = (target, source);
-            for m in first..v {
+            let (shifted, added_up) = target.split_at_mut(triangle::len(last - first));
+            change.replace_triangle(shifted, source, possible, weights);
+            let mut target = added_up;
+            for m in last..v {
                 let (entries, rest) = target.split_at_mut(m - first + 1);
                 target = rest;
-                if self.adds_up(m) {
-                    let row = &mut row[..entries.len()];
-                    for (column, entry) in row.iter_mut().enumerate() {
-                        let weight = |g_m, g_m2| self.still_untold(t - 1, g_m, g_m2);
-                        *entry = self.moved((first - nu, source), m, first + column, weight);
-                    }
-                    self.add_what_stays(t, entries, row);
-                    change.replace_all(entries, row);
-                } else {
-                    let (values, rest) = source_left.split_at(entries.len());
-                    source_left = rest;
-                    change.replace_weighed(entries, values, self.later[m - nu] * possible, weights);
+                let row = &mut row[..entries.len()];
+                for (column, entry) in row.iter_mut().enumerate() {
+                    let weight = |g_m, g_m2| self.still_untold(t - 1, g_m, g_m2);
+                    *entry = self.moved((first - nu, source), m, first + column, weight);
                 }
+                self.add_what_stays(t, entries, row);
+                change.replace_all(entries, row);
             }
         }
         change

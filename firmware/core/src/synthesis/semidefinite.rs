@@ -53,7 +53,7 @@ impl<'w, T: Scalar> SemidefiniteFactor<'w, T> {
         }
         let tolerance = T::nearest(16.0 * size as f64) * T::EPSILON;
         let mut rank = 0;
-        while let Some(pivot) = this.largest_remaining(rank, tolerance) {
+        while let Some(pivot) = this.next_pivot(rank, tolerance) {
             this.exchange(rank, pivot);
             this.eliminate(rank);
             rank += 1;
@@ -76,17 +76,18 @@ impl<'w, T: Scalar> SemidefiniteFactor<'w, T> {
         index(self.rank[0]).min(self.size)
     }
 
-    /// Where the largest pivot above `tolerance` stands, from `first` on.
-    fn largest_remaining(&self, first: usize, tolerance: T) -> Option<usize> {
-        let mut best = None;
-        let mut largest = tolerance;
-        for (place, &value) in self.remaining[first..].iter().enumerate() {
-            if value > largest {
-                largest = value;
-                best = Some(first + place);
-            }
+    /// Where the next pivot stands, from `first` on: the largest one, unless the first is at least half of that; `None` if none
+    /// is above `tolerance`.
+    fn next_pivot(&self, first: usize, tolerance: T) -> Option<usize> {
+        let remaining = &self.remaining[first..];
+        let largest = remaining.iter().fold(tolerance, |largest, value| largest.max(*value));
+        if largest <= tolerance {
+            return None;
         }
-        best
+        if remaining[0] + remaining[0] >= largest {
+            return Some(first);
+        }
+        remaining.iter().position(|value| *value >= largest).map(|place| first + place)
     }
 
     /// Exchanges unknown `later` with the one at `place`, in all rows and columns: those above are of `U` already, the others
