@@ -116,11 +116,16 @@ impl Coordinates {
             .map(|row| self.inputs[row % self.inputs.len()].recip())
             .collect();
         let (p, rest) = value.split_at_mut(states.len() * states.len());
-        let (s, squares) = rest.split_at_mut(states.len() * in_flight.len());
+        let (s, triangles) = rest.split_at_mut(states.len() * in_flight.len());
         scale(p, &states, &states);
         scale(s, &states, &in_flight);
-        for square in squares.chunks_exact_mut((in_flight.len() * in_flight.len()).max(1)) {
-            scale(square, &in_flight, &in_flight);
+        // `Y` has all inputs in flight, `N_t` those from `t` on.
+        let firsts = std::iter::once(0).chain((0..in_flight.len()).step_by(self.inputs.len()));
+        let places = firsts.flat_map(|first| {
+            (first..in_flight.len()).flat_map(move |row| (first..=row).map(move |column| (row, column)))
+        });
+        for (entry, (row, column)) in triangles.iter_mut().zip(places) {
+            *entry *= in_flight[row] * in_flight[column];
         }
     }
 }
