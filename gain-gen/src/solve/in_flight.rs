@@ -253,7 +253,6 @@ pub(super) fn rate_of(problem: &LoopProblem, law: &Law) -> f64 {
     let mut recursion = InFlightRecursion {
         synthesis: flat.synthesis(&mut workspace),
         problem: flat.problem(),
-        packing: Packing::new(&flat.dimensions),
         alike: None,
         lasting: lasting(problem, None),
         remembered: None,
