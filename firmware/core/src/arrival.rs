@@ -3,7 +3,7 @@
 //! Everything the controller and the recursion need of a link is its survival function, truncated at the
 //! sequence length: a packet that arrives when its last input is past is useless, however late it comes.
 
-use crate::Scalar;
+use crate::Number;
 
 /// Survival function `g(d) = P(delay > d)` of a link for `d = 0..N-1`, written to `survival` (length `N`).
 ///
@@ -11,7 +11,7 @@ use crate::Scalar;
 /// summed from their small end, so that each value is accurate relative to itself: later inputs of a long
 /// sequence are applied with tiny probabilities, and their gains live on these. They are divided by the whole,
 /// so that `1 - g(d)` is zero, not a rounding error, where no packet can have arrived. THEORY 1: `g(d) = 1 - Q(d)`.
-pub fn survival<T: Scalar>(delays: &[T], loss: T, survival: &mut [T]) {
+pub fn survival<T: Number>(delays: &[T], loss: T, survival: &mut [T]) {
     let length = survival.len();
     let mut tail = loss;
     for probability in delays.iter().skip(length).rev() {
@@ -28,14 +28,14 @@ pub fn survival<T: Scalar>(delays: &[T], loss: T, survival: &mut [T]) {
 }
 
 /// `g(d)` under truncation: constant from `d = N-1` on.
-pub(crate) fn truncated<T: Scalar>(survival: &[T], d: usize) -> T {
+pub(crate) fn truncated<T: Number>(survival: &[T], d: usize) -> T {
     survival.get(d).or(survival.last()).copied().unwrap_or_else(T::one)
 }
 
 /// `r(b, m)`: probability that a packet of age `b >= 1` arrives by cycle `k+m`, given that it had not by `k-1`.
 ///
 /// `survival` as from [`survival`]. Zero where the condition itself has probability zero. THEORY 3.
-pub fn conditional_arrival<T: Scalar>(survival: &[T], b: usize, m: usize) -> T {
+pub fn conditional_arrival<T: Number>(survival: &[T], b: usize, m: usize) -> T {
     let before = truncated(survival, b - 1);
     if before > T::zero() { (before - truncated(survival, b + m)) / before } else { T::zero() }
 }
@@ -54,7 +54,7 @@ pub const fn table_index(length: usize, b: usize, m: usize) -> usize {
 /// Writes the table of [`conditional_arrival`] probabilities for sequences of `survival.len()` inputs.
 ///
 /// `table` must have [`table_len`] entries.
-pub fn fill_table<T: Scalar>(survival: &[T], table: &mut [T]) {
+pub fn fill_table<T: Number>(survival: &[T], table: &mut [T]) {
     let length = survival.len();
     for b in 1..length {
         for m in 0..length - b {

@@ -21,7 +21,7 @@
 //! | [`in_flight`] | what was sent and may still be applied |
 //! | [`tracking`] | feedforward from the reference samples that are known ahead |
 //! | [`event`] | whether a sequence is worth sending |
-//! | [`sequence`], [`tick`], [`scalar`] | a control sequence, the only clock there is, `f32` and `f64` |
+//! | [`sequence`], [`tick`], [`scalar`], [`number`] | a control sequence, the only clock there is, `f32` and `f64`, what gains may be computed in |
 //! | [`arrival`] | what a delay distribution says about packets under way |
 //! | [`synthesis`] | the recursion that computes the gains, for the generator and for the device itself |
 //! | [`tuning`] | the device solves its own gains when the link has changed |
@@ -41,6 +41,7 @@ pub mod estimator;
 pub mod event;
 pub mod gains;
 pub mod in_flight;
+pub mod number;
 pub mod scalar;
 pub mod sequence;
 pub mod synthesis;
@@ -50,6 +51,7 @@ pub mod tuning;
 pub mod wire;
 
 pub use actuator::DefaultInput;
+pub use number::Number;
 pub use scalar::Scalar;
 pub use tick::Tick;
 

@@ -3,7 +3,8 @@
 //! The error-free transformations are those of Dekker (Numerische Mathematik 18, 1971) and Knuth; the sums and products
 //! on them err by a few units of 2^-104. No fused operation is used, so that every machine computes the same bits.
 
-use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
+use slqg::Number;
+use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
 
 /// `high + low`, where `high` is the sum rounded to `f64`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -142,6 +143,74 @@ impl SubAssign for Extended {
     #[inline(always)]
     fn sub_assign(&mut self, other: Self) {
         *self = *self - other;
+    }
+}
+
+impl MulAssign for Extended {
+    #[inline(always)]
+    fn mul_assign(&mut self, other: Self) {
+        *self = *self * other;
+    }
+}
+
+impl DivAssign for Extended {
+    #[inline]
+    fn div_assign(&mut self, other: Self) {
+        *self = *self / other;
+    }
+}
+
+impl PartialOrd for Extended {
+    #[inline(always)]
+    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
+        // Low parts decide between equal high ones: the sums are rounded.
+        match self.high.partial_cmp(&other.high)? {
+            std::cmp::Ordering::Equal => self.low.partial_cmp(&other.low),
+            order => Some(order),
+        }
+    }
+}
+
+impl Number for Extended {
+    const EPSILON: Self = Self { high: f64::EPSILON * f64::EPSILON, low: 0.0 };
+    #[inline(always)]
+    fn zero() -> Self {
+        Self::ZERO
+    }
+    #[inline(always)]
+    fn one() -> Self {
+        Self::ONE
+    }
+    #[inline(always)]
+    fn nearest(value: f64) -> Self {
+        value.into()
+    }
+    #[inline(always)]
+    fn widen(self) -> f64 {
+        self.high
+    }
+    #[inline(always)]
+    fn is_zero(&self) -> bool {
+        self.high == 0.0
+    }
+    #[inline(always)]
+    fn is_finite(&self) -> bool {
+        self.high.is_finite()
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        if self.high < 0.0 { -self } else { self }
+    }
+    fn sqrt(self) -> Self {
+        Extended::sqrt(self)
+    }
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        if other < self { other } else { self }
+    }
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        if other > self { other } else { self }
     }
 }
 

@@ -1,6 +1,6 @@
 //! How far a backward step moves the cost-to-go: the residual of the fixed-point equation.
 
-use crate::Scalar;
+use crate::Number;
 
 /// Partial sums, whose order is fixed: pairs of entries are summed beside each other, for speed.
 const LANES: usize = 2;
@@ -13,7 +13,7 @@ pub(super) struct Change<T, const MEASURED: bool> {
     size: [T; LANES],
 }
 
-impl<T: Scalar, const MEASURED: bool> Change<T, MEASURED> {
+impl<T: Number, const MEASURED: bool> Change<T, MEASURED> {
     pub(super) fn none() -> Self {
         Self { difference: [T::zero(); LANES], size: [T::zero(); LANES] }
     }

@@ -1,7 +1,7 @@
 //! How a cost-to-go `(P, S, Y, N_t)` lies in memory: its independent numbers, one after the other.
 
 use super::{Dimensions, triangle};
-use crate::Scalar;
+use crate::Number;
 
 /// Numbers in each part of a cost-to-go. `P` is `nx x nx` and `S` is `nx x n_v nu`, both by rows. `Y` and then
 /// `N_0 .. N_{n_v - 1}` are triangles, by rows of the lower one, and `N_t` begins with in-flight input `t`: nothing in
@@ -71,7 +71,7 @@ impl Layout {
     }
 
     /// Entry of `Y - sum_{t >= earliest} N_t`.
-    pub(crate) fn untold<T: Scalar>(&self, value: &[T], earliest: usize, row: usize, column: usize) -> T {
+    pub(crate) fn untold<T: Number>(&self, value: &[T], earliest: usize, row: usize, column: usize) -> T {
         let (_, _, y, told) = self.split(value);
         let reach = row.min(column);
         let told = self.each_told(told).skip(earliest).take_while(|(first, _)| *first <= reach);

@@ -3,14 +3,14 @@
 //! Own code and not nalgebra's dynamic matrices: those need a heap, and choose their order of summation by
 //! platform and feature. Only what the recursion uses is here.
 
-use crate::Scalar;
+use crate::Number;
 
 /// Every `stride`-th of some numbers, or the rows that begin there.
 pub(super) type Strided<'m, T> = (&'m [T], usize);
 
 /// `out += scale * sum of factor row`, of `count` factors and rows in their order. Four rows are added in one pass, so that
 /// `out` is read and written once for them.
-pub(super) fn add_rows<T: Scalar>(
+pub(super) fn add_rows<T: Number>(
     out: &mut [T],
     scale: T,
     count: usize,
@@ -38,7 +38,7 @@ pub(super) fn add_rows<T: Scalar>(
 // Functions of their own, so that the compiler knows that what is written does not overlap what is read.
 
 #[inline(never)]
-fn add_four<T: Scalar>(
+fn add_four<T: Number>(
     out: &mut [T],
     scale: T,
     (factors, factor_stride): Strided<'_, T>,
@@ -61,7 +61,7 @@ fn add_four<T: Scalar>(
 }
 
 #[inline(never)]
-fn add_two<T: Scalar>(
+fn add_two<T: Number>(
     out: &mut [T],
     scale: T,
     (factors, factor_stride): Strided<'_, T>,
@@ -76,21 +76,21 @@ fn add_two<T: Scalar>(
 }
 
 /// `out += scale * row`.
-pub(super) fn add_scaled<T: Scalar>(out: &mut [T], scale: T, row: &[T]) {
+pub(super) fn add_scaled<T: Number>(out: &mut [T], scale: T, row: &[T]) {
     for (value, term) in out.iter_mut().zip(row) {
         *value += scale * *term;
     }
 }
 
 /// `out *= scale`.
-pub(super) fn scale<T: Scalar>(out: &mut [T], scale: T) {
+pub(super) fn scale<T: Number>(out: &mut [T], scale: T) {
     for value in out {
         *value *= scale;
     }
 }
 
 /// `out += a b`, with `a` of `columns_a` columns and `b` of `columns_b`.
-pub(super) fn add_product<T: Scalar>(
+pub(super) fn add_product<T: Number>(
     out: &mut [T],
     (a, columns_a): (&[T], usize),
     (b, columns_b): (&[T], usize),
@@ -104,7 +104,7 @@ pub(super) fn add_product<T: Scalar>(
 }
 
 /// `out += a^T b`, with `a` of `columns_a` columns and `b` of `columns_b`, both of as many rows.
-pub(super) fn add_transposed_product<T: Scalar>(
+pub(super) fn add_transposed_product<T: Number>(
     out: &mut [T],
     (a, columns_a): (&[T], usize),
     (b, columns_b): (&[T], usize),
@@ -118,12 +118,12 @@ pub(super) fn add_transposed_product<T: Scalar>(
 }
 
 /// Sum of products in index order.
-pub(super) fn dot<T: Scalar>(a: &[T], b: &[T]) -> T {
+pub(super) fn dot<T: Number>(a: &[T], b: &[T]) -> T {
     a.iter().zip(b).fold(T::zero(), |sum, (a, b)| sum + *a * *b)
 }
 
 /// Copies the upper triangle of a square matrix of `size` rows onto the lower one.
-pub(super) fn mirror_upper<T: Scalar>(matrix: &mut [T], size: usize) {
+pub(super) fn mirror_upper<T: Number>(matrix: &mut [T], size: usize) {
     for row in 1..size {
         for column in 0..row {
             matrix[row * size + column] = matrix[column * size + row];

@@ -23,7 +23,7 @@
 use super::dense::{add_product, add_rows, add_scaled, add_transposed_product};
 use super::link::{Link, inverse};
 use super::{Dimensions, Problem, triangle};
-use crate::Scalar;
+use crate::Number;
 
 /// Products of the cost-to-go with the plant, computed once a step.
 #[derive(Debug)]
@@ -46,7 +46,7 @@ pub(super) const fn products_len(dimensions: &Dimensions) -> usize {
     (nx + nu) * (nx + v) + nu * nu
 }
 
-impl<'w, T: Scalar> Products<'w, T> {
+impl<'w, T: Number> Products<'w, T> {
     pub(super) fn new(dimensions: &Dimensions, workspace: &'w mut [T]) -> Self {
         let (nx, nu, v) = (dimensions.states, dimensions.inputs, dimensions.in_flight_rows());
         let (pa, rest) = workspace.split_at_mut(nx * nx);
@@ -85,7 +85,7 @@ pub(super) struct Expectations<'w, T> {
     pub(super) linear: &'w mut [T],
 }
 
-impl<T: Scalar> Expectations<'_, T> {
+impl<T: Number> Expectations<'_, T> {
     /// `Rbar`, `Gx` and `Gv` of the cost-to-go with these products, `Y` and `N_t`; to work in, `sums` of [`sums_len`] numbers and a
     /// row of the inputs in flight.
     pub(super) fn fill(
@@ -185,7 +185,7 @@ impl<T: Scalar> Expectations<'_, T> {
 }
 
 /// Fills the triangles of `H_{m2}` and `F`.
-fn add_up<T: Scalar>(link: &Link<'_, T>, told: &[T], history: &mut [T], arrived: &mut [T]) {
+fn add_up<T: Number>(link: &Link<'_, T>, told: &[T], history: &mut [T], arrived: &mut [T]) {
     history.fill(T::zero());
     arrived.fill(T::zero());
     for ((first, matrix), weights) in link.layout().each_told(told).zip(link.told.chunks_exact(2)) {
@@ -201,7 +201,7 @@ fn add_up<T: Scalar>(link: &Link<'_, T>, told: &[T], history: &mut [T], arrived:
 /// Adds a triangle that begins with in-flight row `first` to triangles from that row on. A function of its own, so that the
 /// compiler knows that they do not overlap.
 #[inline(never)]
-fn add_told<T: Scalar>(
+fn add_told<T: Number>(
     history: &mut [T],
     arrived: &mut [T],
     (first, matrix): (usize, &[T]),
@@ -228,7 +228,7 @@ fn add_told<T: Scalar>(
 /// From row `m` of `Y`, `H` and `F` to that of what stands between `E^T` and `E`, but for what is certain, and to row and column
 /// `m` of what stands between `E^T` and `Z`.
 #[inline(never)]
-fn weigh<T: Scalar>(
+fn weigh<T: Number>(
     link: &Link<'_, T>,
     m: usize,
     y: &[T],

@@ -7,7 +7,7 @@
 use super::dense::{add_scaled, dot};
 use super::semidefinite::SemidefiniteFactor;
 use super::{Dimensions, Synthesis};
-use crate::Scalar;
+use crate::Number;
 
 /// What one cycle's reference asks for.
 #[derive(Debug, Clone, Copy)]
@@ -37,7 +37,7 @@ pub struct LinearCost<'w, T> {
     constant: T,
 }
 
-impl<'w, T: Scalar> LinearCost<'w, T> {
+impl<'w, T: Number> LinearCost<'w, T> {
     /// A linear part that is zero; `workspace` needs [`Dimensions::linear_workspace_len`] numbers.
     ///
     /// # Panics
@@ -139,7 +139,7 @@ impl<'w, T: Scalar> LinearCost<'w, T> {
 }
 
 /// One entry of `matrix^T vector`, `matrix` having `columns` columns.
-fn column_sum<T: Scalar>(matrix: &[T], columns: usize, column: usize, vector: &[T]) -> T {
+fn column_sum<T: Number>(matrix: &[T], columns: usize, column: usize, vector: &[T]) -> T {
     let rows = matrix.chunks_exact(columns).zip(vector);
     rows.fold(T::zero(), |sum, (row, value)| sum + row[column] * *value)
 }

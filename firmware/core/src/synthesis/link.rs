@@ -5,25 +5,25 @@ use super::cost_to_go::Layout;
 use super::dense::{add_rows, add_scaled};
 use super::expectation::Products;
 use super::{Dimensions, Problem, triangle};
-use crate::{DefaultInput, Scalar, arrival};
+use crate::{DefaultInput, Number, arrival};
 
 /// Writes `g(m + 1)` for every stacked in-flight input: how likely a packet sent now is still under way when the input
 /// it leaves behind would be applied.
-pub(super) fn fill_later<T: Scalar>(survival: &[T], dimensions: &Dimensions, later: &mut [T]) {
+pub(super) fn fill_later<T: Number>(survival: &[T], dimensions: &Dimensions, later: &mut [T]) {
     for (block, values) in later.chunks_exact_mut(dimensions.inputs).enumerate() {
         values.fill(arrival::truncated(survival, block + 1));
     }
 }
 
 /// One over a survival probability, `None` if there is no such number: nothing can still be under way.
-pub(super) fn inverse<T: Scalar>(survival: T) -> Option<T> {
+pub(super) fn inverse<T: Number>(survival: T) -> Option<T> {
     let inverse = T::one() / survival;
     (survival > T::zero() && inverse.is_finite()).then_some(inverse)
 }
 
 /// Writes two numbers for each `t`, of those that may still be under way: `g(0) / g(t)`, or zero where that is no number, and
 /// `(g(t) - g(t+1)) / g(0)`.
-pub(super) fn fill_told<T: Scalar>(survival: &[T], told: &mut [T]) {
+pub(super) fn fill_told<T: Number>(survival: &[T], told: &mut [T]) {
     let g = |t| arrival::truncated(survival, t);
     for (t, weights) in told.chunks_exact_mut(2).enumerate() {
         let inverses = inverse(g(0)).zip(inverse(g(t)));
@@ -42,7 +42,7 @@ pub(super) struct Link<'a, T> {
     pub(super) told: &'a [T],
 }
 
-impl<T: Scalar> Link<'_, T> {
+impl<T: Number> Link<'_, T> {
     /// `g(d)`, constant from `d = N - 1` on: a packet later than that is useless.
     pub(super) fn g(&self, d: usize) -> T {
         arrival::truncated(self.survival, d)

@@ -25,7 +25,7 @@ mod step;
 mod triangle;
 mod trigger;
 
-use crate::{DefaultInput, Scalar};
+use crate::{DefaultInput, Number};
 
 pub(crate) use cost_to_go::Layout;
 pub use linear::{LinearCost, Stage};
@@ -144,7 +144,7 @@ impl core::fmt::Display for InvalidProblem {
 
 impl core::error::Error for InvalidProblem {}
 
-impl<T: Scalar> Problem<'_, T> {
+impl<T: Number> Problem<'_, T> {
     fn check(&self, workspace: usize) -> Result<(), InvalidProblem> {
         let Dimensions { states: nx, inputs: nu, length, .. } = self.dimensions;
         if nx == 0 || nu == 0 || length == 0 {

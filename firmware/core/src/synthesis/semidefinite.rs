@@ -6,7 +6,7 @@
 //! gain as accurately as the first one, and an input without effect gets zero.
 
 use super::dense::{add_rows, scale};
-use crate::Scalar;
+use crate::Number;
 
 /// Numbers a [`SemidefiniteFactor`] of `size` rows needs as workspace.
 pub const fn workspace_len(size: usize) -> usize {
@@ -30,7 +30,7 @@ pub struct SemidefiniteFactor<'w, T> {
     rank: &'w mut [T],
 }
 
-impl<'w, T: Scalar> SemidefiniteFactor<'w, T> {
+impl<'w, T: Number> SemidefiniteFactor<'w, T> {
     /// Factors `matrix`, `size x size` row-major, of which only entries at and right of the diagonal count.
     ///
     /// Pivots below `16 size eps` of the unit diagonal count as zero (8e-14 for 24 rows in `f64`).
@@ -173,11 +173,11 @@ impl<'w, T: Scalar> SemidefiniteFactor<'w, T> {
 }
 
 /// The index that was stored as a scalar.
-fn index<T: Scalar>(stored: T) -> usize {
+fn index<T: Number>(stored: T) -> usize {
     stored.widen() as usize
 }
 
-fn exchange_rows<T: Scalar>(matrix: &mut [T], columns: usize, row: usize, later: usize) {
+fn exchange_rows<T: Number>(matrix: &mut [T], columns: usize, row: usize, later: usize) {
     if row < later {
         let (before, after) = matrix.split_at_mut(later * columns);
         before[row * columns..][..columns].swap_with_slice(&mut after[..columns]);

@@ -8,7 +8,7 @@ use super::dense::{add_rows, add_scaled, mirror_upper};
 use super::expectation::{Expectations, Products, products_len, sums_len};
 use super::link::{Link, fill_later, fill_told};
 use super::{Dimensions, InvalidProblem, Problem, SemidefiniteFactor, semidefinite};
-use crate::Scalar;
+use crate::Number;
 
 /// The recursion's state: cost-to-go `(P, S, Y, N_t)` and the gains of the last step.
 #[derive(Debug)]
@@ -38,7 +38,7 @@ pub struct Synthesis<'p, 'w, T> {
     scratch: &'w mut [T],
 }
 
-impl<'p, 'w, T: Scalar> Synthesis<'p, 'w, T> {
+impl<'p, 'w, T: Number> Synthesis<'p, 'w, T> {
     /// A recursion whose cost-to-go is zero; `workspace` needs [`Dimensions::workspace_len`] numbers.
     ///
     /// # Errors
@@ -258,7 +258,7 @@ struct Effect<'w, T> {
     columns: usize,
 }
 
-impl<T: Scalar> Effect<'_, T> {
+impl<T: Number> Effect<'_, T> {
     /// Adds `sign` times a part of row `row`, from column `first` on, to `out`.
     fn add(&self, sign: T, row: usize, first: usize, out: &mut [T]) {
         let (gains, columns) = (self.gains, self.columns);

@@ -1,7 +1,7 @@
 //! Symmetric matrices by rows of their lower triangle: row `i` has entries `0..=i`, and the first rows alone are the
 //! leading square.
 
-use crate::Scalar;
+use crate::Number;
 use core::ops::Range;
 
 /// Numbers in the triangle of a square of `size` rows.
@@ -15,6 +15,6 @@ pub(super) const fn row(row: usize) -> Range<usize> {
 }
 
 /// Entry `(row, column)`, in either order.
-pub(super) fn entry<T: Scalar>(matrix: &[T], row: usize, column: usize) -> T {
+pub(super) fn entry<T: Number>(matrix: &[T], row: usize, column: usize) -> T {
     matrix[len(row.max(column)) + row.min(column)]
 }

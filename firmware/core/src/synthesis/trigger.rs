@@ -5,10 +5,10 @@
 //! What is done with the tables is [`crate::event`]'s business.
 
 use super::{Dimensions, Synthesis};
-use crate::Scalar;
+use crate::Number;
 use crate::event::{TableLengths, packed_index};
 
-impl<T: Scalar> Synthesis<'_, '_, T> {
+impl<T: Number> Synthesis<'_, '_, T> {
     /// Writes the tables of [`crate::event::Tables`] for the cost-to-go at hand. They go with the law that is optimal for it:
     /// at a fixed point that of the last [`Synthesis::optimal_step`].
     ///
