@@ -8,6 +8,7 @@ use super::{
     krylov::norm,
     law::Law,
     radius::radius,
+    refined::{Refined, refined},
     spectral::{CLEARLY_UNSTABLE, RESOLVENT, largest_real_near_one, settled_radius},
     sums::Sums,
 };
@@ -50,7 +51,8 @@ impl Flat {
         &self.survival
     }
 
-    fn problem(&self) -> Problem<'_, f64> {
+    /// The problem as the core takes it.
+    pub(super) fn problem(&self) -> Problem<'_, f64> {
         Problem {
             dimensions: self.dimensions,
             a: &self.a,
@@ -112,6 +114,10 @@ const LONGEST_STRIDE: usize = 16;
 
 /// Rate from which eigenvalues crowd at the unit circle, and the largest is looked for among those near 1.
 const CROWDED: f64 = 0.999;
+/// Error of the gains up to which they are good enough as `f64` has them.
+const GOOD: f64 = 1e-10;
+/// Accuracy of a correction to a cost-to-go of twice the precision.
+const CORRECTION: f64 = 1e-6;
 /// Part of `x^T x` in the direction from which the rate is looked for: every mode of the plant shows in it.
 const SEED: f64 = 1e-3;
 /// Squarings after which a loop's power shows what lasts: 2^6 cycles.
@@ -134,11 +140,21 @@ impl InFlightRecursion<'_, '_> {
         &mut self,
         work: impl FnOnce(&mut dyn FnMut(&[f64], &mut [f64]), &dyn Fn(&[f64]) -> Vec<f64>) -> R,
     ) -> R {
+        let gains = self.synthesis.gains().to_vec();
+        self.with_map_of(&gains, work)
+    }
+
+    /// The same with these gains, `[Lx M]` by rows.
+    fn with_map_of<R>(
+        &self,
+        gains: &[f64],
+        work: impl FnOnce(&mut dyn FnMut(&[f64], &mut [f64]), &dyn Fn(&[f64]) -> Vec<f64>) -> R,
+    ) -> R {
         let Dimensions { states, inputs, .. } = self.problem.dimensions;
         let (no_q, no_r) = (vec![0.0; states * states], vec![0.0; inputs * inputs]);
         let mut workspace = vec![0.0; self.problem.dimensions.workspace_len()];
         let mut homogeneous = synthesis(Problem { q: &no_q, r: &no_r, ..self.problem }, &mut workspace);
-        homogeneous.set_gains(self.synthesis.gains());
+        homogeneous.set_gains(gains);
         let mut map = |from: &[f64], to: &mut [f64]| {
             homogeneous.value_mut().copy_from_slice(from);
             homogeneous.fixed_step();
@@ -149,6 +165,15 @@ impl InFlightRecursion<'_, '_> {
             None => stage.to_vec(),
         };
         work(&mut map, &alike)
+    }
+}
+
+impl InFlightRecursion<'_, '_> {
+    /// The fixed point near the present cost-to-go in twice the precision.
+    fn refined(&self, flat: &Flat) -> Option<Refined> {
+        refined(flat, self.synthesis.value(), |gains, residual| {
+            self.with_map_of(gains, |map, alike| solve_like(residual, norm(residual), CORRECTION, alike, map))
+        })
     }
 }
 
@@ -322,11 +347,22 @@ pub(super) fn solve(start: &Start) -> Solution {
         },
         None => iterate(&mut recursion, start.cost_scale(), stability::runs_dry(problem)),
     };
+    let refined = if ending.outcome == Outcome::Converged && ending.gain_error > GOOD {
+        recursion.refined(&flat).filter(|refined| refined.error < ending.gain_error)
+    } else {
+        None
+    };
 
     let (states, inputs) = (flat.dimensions.states, flat.dimensions.inputs);
     let mut law = Law::from_gains(problem, recursion.synthesis.gains(), problem.arrival_table());
     let mut cost_to_go = DMatrix::from_row_slice(states, states, recursion.synthesis.cost_to_go());
     let mut value = recursion.synthesis.value().to_vec();
+    let mut gain_error = ending.gain_error;
+    if let Some(refined) = refined {
+        law = Law::from_gains(problem, &refined.gains, problem.arrival_table());
+        cost_to_go = DMatrix::from_row_slice(states, states, &refined.value[..states * states]);
+        (value, gain_error) = (refined.value, refined.error);
+    }
     if let Some(free) = free {
         // To the last digit, which a step in `f64` need not keep. Nothing else is ever applied.
         law.lx.fill(0.0);
@@ -342,7 +378,7 @@ pub(super) fn solve(start: &Start) -> Solution {
         policy_iterations: ending.policy_iterations,
         residual: ending.residual,
         mean_square_rate: ending.mean_square_rate,
-        gain_error: ending.gain_error,
+        gain_error,
         coupled_gains: None,
         value: Some(value),
         law,

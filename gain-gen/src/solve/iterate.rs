@@ -214,7 +214,7 @@ fn settle_gains(recursion: &mut impl Recursion, ending: &mut Ending) -> f64 {
 }
 
 /// Takes the `new` gains in place of the old ones, and returns the largest difference relative to the largest gain.
-fn change_of(gains: &mut Vec<f64>, new: Vec<f64>) -> f64 {
+pub(super) fn change_of(gains: &mut Vec<f64>, new: Vec<f64>) -> f64 {
     let largest = new.iter().fold(0.0_f64, |largest, gain| largest.max(gain.abs()));
     let change =
         new.iter().zip(gains.iter()).fold(0.0_f64, |change, (new, old)| change.max((new - old).abs()));

@@ -15,6 +15,7 @@
 //! | `rollout` | the same worth from the thesis' matrices for one history of decisions: the reference |
 //! | `network_free` | the problem without its network, to the last digit: where both recursions start |
 //! | `coordinates` | units that come from the data, in which everything is computed |
+//! | `refined` | the same with the network, where rounding adds up |
 //! | `iterate` | when an iteration has converged, and when it never will; the same for both |
 //! | `krylov` | Arnoldi's process, on which the next two stand |
 //! | `spectral` | spectral radius of a linear map: the mean-square rate |
@@ -46,6 +47,7 @@ mod mode_chain;
 mod modes;
 mod network_free;
 mod radius;
+mod refined;
 mod rollout;
 mod spectral;
 mod sums;
