@@ -120,6 +120,8 @@ const GOOD: f64 = 1e-10;
 const CORRECTION: f64 = 1e-6;
 /// Part of `x^T x` in the direction from which the rate is looked for: every mode of the plant shows in it.
 const SEED: f64 = 1e-3;
+/// Plain applications before the rate is looked for: cheaper than a basis vector each, and what decays fast needs none.
+const FILTER: usize = 12;
 /// Squarings after which a loop's power shows what lasts: 2^6 cycles.
 const SQUARINGS: usize = 6;
 
@@ -201,7 +203,7 @@ impl Recursion for InFlightRecursion<'_, '_> {
         if let Some(moved) = self.moved() {
             start.iter_mut().zip(moved).for_each(|(start, moved)| *start += moved);
         }
-        let (found, settled) = self.with_map(|map, _| settled_radius(&start, 0, [1, stride, stride], map));
+        let (found, settled) = self.with_map(|map, _| settled_radius(&start, FILTER, [1, stride, stride], map));
         if (settled && found < CROWDED) || found > CLEARLY_UNSTABLE {
             return found;
         }

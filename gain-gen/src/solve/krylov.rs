@@ -6,6 +6,9 @@ use nalgebra::{DMatrix, DMatrixView};
 /// A new direction shorter than this, relative to the map's image, is rounding: the space is invariant.
 const BREAKDOWN: f64 = 1e-14;
 
+/// A new direction shorter than this, relative to the map's image, has lost digits by cancellation.
+const CANCELLED: f64 = 1e-2;
+
 /// The space spanned so far.
 pub(super) struct Krylov {
     basis: Vec<Vec<f64>>,
@@ -41,15 +44,11 @@ impl Krylov {
         let mut image = vec![0.0; self.basis[column].len()];
         apply(&self.basis[column], &mut image);
         let reached = norm(&image);
-        // Twice is enough: the second pass removes what cancellation left of the first.
-        for _ in 0..2 {
-            for (row, direction) in self.basis.iter().enumerate() {
-                let along = dot(direction, &image);
-                self.projected[(row, column)] += along;
-                image.iter_mut().zip(direction).for_each(|(value, part)| *value -= along * part);
-            }
+        let mut rest = self.take_off(column, &mut image);
+        if rest <= CANCELLED * reached {
+            // Twice is enough: the second pass removes what cancellation left of the first.
+            rest = self.take_off(column, &mut image);
         }
-        let rest = norm(&image);
         if rest <= BREAKDOWN * reached {
             self.invariant = true;
         } else {
@@ -57,6 +56,16 @@ impl Krylov {
             image.iter_mut().for_each(|value| *value /= rest);
             self.basis.push(image);
         }
+    }
+
+    /// Takes from `image` what lies in the space, into a column of the projected map; returns the length of what is left.
+    fn take_off(&mut self, column: usize, image: &mut [f64]) -> f64 {
+        for (row, direction) in self.basis.iter().enumerate() {
+            let along = dot(direction, image);
+            self.projected[(row, column)] += along;
+            image.iter_mut().zip(direction).for_each(|(value, part)| *value -= along * part);
+        }
+        norm(image)
     }
 
     /// The map within the space, square.
