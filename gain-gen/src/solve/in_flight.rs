@@ -203,7 +203,8 @@ impl Recursion for InFlightRecursion<'_, '_> {
         if let Some(moved) = self.moved() {
             start.iter_mut().zip(moved).for_each(|(start, moved)| *start += moved);
         }
-        let (found, settled) = self.with_map(|map, _| settled_radius(&start, FILTER, [1, stride, stride], map));
+        let (found, settled) =
+            self.with_map(|map, _| settled_radius(&start, FILTER, [1, stride, stride], map));
         if (settled && found < CROWDED) || found > CLEARLY_UNSTABLE {
             return found;
         }

@@ -40,7 +40,8 @@ pub(super) fn refined(
     let mut workspace = vec![Extended::ZERO; given.dimensions.workspace_len()];
     let mut synthesis = Synthesis::new(problem, &mut workspace).ok()?;
 
-    let rounded = |numbers: &[Extended]| -> Vec<f64> { numbers.iter().map(|number| number.rounded()).collect() };
+    let rounded =
+        |numbers: &[Extended]| -> Vec<f64> { numbers.iter().map(|number| number.rounded()).collect() };
     let mut value = wide(value);
     let mut gains = Vec::new();
     let (mut error, mut setbacks) = (f64::INFINITY, 0);
@@ -58,8 +59,12 @@ pub(super) fn refined(
         } else {
             gains = new;
         }
-        let residual: Vec<f64> =
-            synthesis.value().iter().zip(&value).map(|(after, before)| (*after - *before).rounded()).collect();
+        let residual: Vec<f64> = synthesis
+            .value()
+            .iter()
+            .zip(&value)
+            .map(|(after, before)| (*after - *before).rounded())
+            .collect();
         let correction = correct(&gains, &residual)?;
         value.iter_mut().zip(correction).for_each(|(value, change)| *value += change.into());
     }

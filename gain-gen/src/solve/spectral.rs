@@ -126,9 +126,10 @@ fn in_one_space(
         look += look.div_ceil(3);
         // A look at which the eigenvalues do not settle is passed over; the next has a larger matrix.
         if let Some(found) = modulus(&space.projected().into_owned()) {
-            // Changes shrink ever faster: the next one is foreseen to be as much smaller again.
+            // The changes to come are foreseen to shrink as the last one did.
             let change = (found - radius).abs();
-            let foreseen = change * (change / last).min(1.0);
+            let shrinks = if last > 0.0 { change / last } else { 1.0 };
+            let foreseen = if shrinks < 1.0 { change * shrinks / (1.0 - shrinks) } else { change };
             (radius, last) = (found, change);
             if foreseen <= tolerance * found {
                 return (radius, None);

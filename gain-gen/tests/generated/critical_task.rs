@@ -169,11 +169,11 @@ pub static HORIZON: [slqg::gains::Gains<'static, Scalar, STATES, INPUTS>; CYCLES
         slqg::gains::Tables {
             lx: &[
                 -0.045454547, -0.0,
-                -0.0, -0.0,
+                0.0, 0.0,
             ],
             m: &[
                 -0.0,
-                -0.0,
+                0.0,
             ],
             arrival: &ARRIVAL,
         },
