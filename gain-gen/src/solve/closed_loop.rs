@@ -7,11 +7,11 @@ use super::{
     evaluation::solve_like,
     krylov::norm,
     modes::{Mode, modes},
-    radius::radius,
-    spectral::{CLEARLY_UNSTABLE, FILTER, RESOLVENT, SPACES, largest_real_near_one, settled_radius},
-    sums::Sums,
+    spectral::{
+        BEYOND, CLEARLY_UNSTABLE, FILTER, NEAR_ONE, RESOLVENT, SPACES, largest_real_near_one, settled_radius,
+    },
+    sums::{StateLoop, Sums},
 };
-use crate::extended::widened;
 use nalgebra::DMatrix;
 
 /// `sum_j p(i, j) parts[j]`, row `i` of the transition matrix.
@@ -90,22 +90,30 @@ impl ClosedLoop<'_> {
         if settled || found > CLEARLY_UNSTABLE {
             return found;
         }
-        // Eigenvalues crowd at the unit circle: the largest is the one nearest to 1.
-        let alike = self.alike();
-        let near_one = largest_real_near_one(&one, |residual| {
-            solve_like(residual, norm(residual), RESOLVENT, |from| self.spread(&alike, from), apply)
+        // Many eigenvalues are about as large. The rate is the one that is real and nearest to a number beyond them all.
+        let growth = if found < NEAR_ONE { BEYOND * found } else { 1.0 };
+        let sums = self.alike().discounted(growth);
+        let nearest = largest_real_near_one(&one, |residual| {
+            solve_like(
+                residual,
+                norm(residual),
+                RESOLVENT,
+                |from| self.spread(&sums, from),
+                |from, to| {
+                    apply(from, to);
+                    to.iter_mut().for_each(|entry| *entry /= growth);
+                },
+            )
         });
-        near_one.unwrap_or(found)
+        nearest.map_or(found, |nearest| growth * nearest)
     }
 
-    /// The loop of the state alone, with the first input of a sequence applied at once; `None` unless it forgets slowly.
-    fn alike(&self) -> Option<Sums> {
+    /// The loop of the state alone, with the first input of a sequence applied at once.
+    fn alike(&self) -> StateLoop {
         let plant = &self.modes[0];
         let (states, inputs) = plant.plant;
         let gain = self.gains[0].view((0, 0), (inputs, states));
-        let closed = plant.a.view((0, 0), (states, states)) + plant.b.view((0, 0), (states, inputs)) * gain;
-        let radius = radius(&widened(&closed));
-        (radius < 1.0).then(|| Sums::of(&closed, radius)).flatten()
+        StateLoop::of(plant.a.view((0, 0), (states, states)) + plant.b.view((0, 0), (states, inputs)) * gain)
     }
 
     /// About the costs whose step takes `stages` off them: what the state's part comes to, the same for every mode.

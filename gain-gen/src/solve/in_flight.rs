@@ -2,15 +2,14 @@
 
 use super::{
     LoopProblem, NetworkFree, Outcome, Solution, Start,
-    coordinates::Coordinates,
     evaluation::solve_like,
     iterate::{Ending, Recursion, iterate},
     krylov::norm,
     law::Law,
     radius::radius,
     refined::{Refined, refined},
-    spectral::{CLEARLY_UNSTABLE, RESOLVENT, largest_real_near_one, settled_radius},
-    sums::Sums,
+    spectral::{BEYOND, CLEARLY_UNSTABLE, NEAR_ONE, RESOLVENT, largest_real_near_one, settled_radius},
+    sums::{StateLoop, Sums},
 };
 use crate::{extended::widened, stability};
 use nalgebra::DMatrix;
@@ -97,8 +96,10 @@ pub(crate) fn row_major(matrix: &DMatrix<f64>) -> Vec<f64> {
 struct InFlightRecursion<'p, 'w> {
     synthesis: Synthesis<'p, 'w, f64>,
     problem: Problem<'p, f64>,
-    /// Costs of a loop without a network, which a slow plant's differ little from.
-    alike: Option<Sums>,
+    /// The loop without a network.
+    free: Option<StateLoop>,
+    /// Its costs, which a slow plant's differ little from.
+    sums: Option<Sums>,
     /// Whether the plant decays when left alone, or sent zeros.
     decays: bool,
     /// Whether it matters how fast a loop that is stable forgets.
@@ -112,8 +113,6 @@ struct InFlightRecursion<'p, 'w> {
 /// Most steps that the search for the rate takes in one.
 const LONGEST_STRIDE: usize = 16;
 
-/// Rate from which eigenvalues crowd at the unit circle, and the largest is looked for among those near 1.
-const CROWDED: f64 = 0.999;
 /// Error of the gains up to which they are good enough as `f64` has them.
 const GOOD: f64 = 1e-10;
 /// Accuracy of a correction to a cost-to-go of twice the precision.
@@ -162,11 +161,7 @@ impl InFlightRecursion<'_, '_> {
             homogeneous.fixed_step();
             to.copy_from_slice(homogeneous.value());
         };
-        let alike = |stage: &[f64]| match &self.alike {
-            Some(sums) => sums.of_value(states, stage),
-            None => stage.to_vec(),
-        };
-        work(&mut map, &alike)
+        work(&mut map, &|stage| alike(&self.sums, states, stage))
     }
 }
 
@@ -205,16 +200,25 @@ impl Recursion for InFlightRecursion<'_, '_> {
         }
         let (found, settled) =
             self.with_map(|map, _| settled_radius(&start, FILTER, [1, stride, stride], map));
-        if (settled && found < CROWDED) || found > CLEARLY_UNSTABLE {
+        if (settled && found < NEAR_ONE) || found > CLEARLY_UNSTABLE {
             return found;
         }
-        let near_one = largest_real_near_one(&start, |residual| {
-            self.with_map(|map, alike| solve_like(residual, norm(residual), RESOLVENT, alike, map))
+        // Many eigenvalues are about as large. The rate is the one that is real and nearest to a number beyond them all.
+        let growth = if found < NEAR_ONE { BEYOND * found } else { 1.0 };
+        let sums = self.free.as_ref().and_then(|free| free.discounted(growth));
+        let nearest = largest_real_near_one(&start, |residual| {
+            self.with_map(|map, _| {
+                let alike = |stage: &[f64]| alike(&sums, states, stage);
+                solve_like(residual, norm(residual), RESOLVENT, alike, |from, to| {
+                    map(from, to);
+                    to.iter_mut().for_each(|entry| *entry /= growth);
+                })
+            })
         });
-        near_one.unwrap_or(found)
+        nearest.map_or(found, |nearest| growth * nearest)
     }
 
-    fn settled_rate(&self) -> f64 {
+    fn settled_rate(&mut self) -> f64 {
         if self.is_timed { self.rate() } else { 0.0 }
     }
 
@@ -255,6 +259,14 @@ impl Recursion for InFlightRecursion<'_, '_> {
     }
 }
 
+/// About the cost-to-go whose step takes `stage` off it, by the costs of a loop that is alike.
+fn alike(sums: &Option<Sums>, states: usize, stage: &[f64]) -> Vec<f64> {
+    match sums {
+        Some(sums) => sums.of_value(states, stage),
+        None => stage.to_vec(),
+    }
+}
+
 /// `x^T x` some cycles later without a network, scaled, and a little of what it is now.
 fn lasting(problem: &LoopProblem, free: Option<&NetworkFree>) -> DMatrix<f64> {
     let one = DMatrix::identity(problem.a.nrows(), problem.a.nrows());
@@ -274,19 +286,11 @@ fn lasting(problem: &LoopProblem, free: Option<&NetworkFree>) -> DMatrix<f64> {
 
 /// Mean-square rate of any law, made with the link's own arrival probabilities, for the problem. THEORY 5.
 pub(super) fn rate_of(problem: &LoopProblem, law: &Law) -> f64 {
-    let units = Coordinates::of(problem);
-    let (problem, law) = (&units.express(problem), units.express_law(law));
-    let flat = Flat::new(problem);
+    let start = Start::of(problem);
+    let law = start.coordinates.express_law(law);
+    let flat = Flat::new(&start.problem);
     let mut workspace = vec![0.0; flat.dimensions.workspace_len()];
-    let mut recursion = InFlightRecursion {
-        synthesis: flat.synthesis(&mut workspace),
-        problem: flat.problem(),
-        alike: None,
-        lasting: lasting(problem, None),
-        remembered: None,
-        decays: false,
-        is_timed: true,
-    };
+    let mut recursion = recursion(&start, &flat, &mut workspace);
     let gains: Vec<f64> = law
         .lx
         .row_iter()
@@ -304,13 +308,15 @@ fn synthesis<'p, 'w>(problem: Problem<'p, f64>, workspace: &'w mut [f64]) -> Syn
 /// The recursion from the start on.
 fn recursion<'p, 'w>(start: &Start, flat: &'p Flat, workspace: &'w mut [f64]) -> InFlightRecursion<'p, 'w> {
     let problem = &start.problem;
+    let free = start.free.as_ref().map(|free| {
+        let closed = &problem.a + &problem.b * &free.gain;
+        StateLoop::new(closed, free.radius)
+    });
     let mut recursion = InFlightRecursion {
         synthesis: flat.synthesis(workspace),
         problem: flat.problem(),
-        alike: start
-            .free
-            .as_ref()
-            .and_then(|free| Sums::of(&(&problem.a + &problem.b * &free.gain), free.radius)),
+        sums: free.as_ref().and_then(StateLoop::sums),
+        free,
         lasting: lasting(problem, start.free.as_ref()),
         remembered: None,
         decays: stability::open_loop_modulus(&problem.a) < 1.0

@@ -77,7 +77,6 @@ pub use mode_chain::{ModeChain, TooManyModes};
 pub(crate) use modes::{Mode, modes};
 pub use rollout::{Rollout, Situation};
 #[cfg(test)]
-pub(crate) use spectral::modulus;
 pub(crate) use spectral::spectral_radius;
 pub use tracking::{
     LONGEST_PREVIEW, PreviewGains, PreviewTooLong, Tracked, TrackedTask, preview_gains, set_point_gains,

@@ -5,7 +5,7 @@
 
 use super::krylov::{Krylov, norm};
 use crate::design::modes;
-use nalgebra::DMatrix;
+use nalgebra::{Complex, DMatrix};
 
 /// Numbers all basis vectors may hold together: 160 MB.
 const ROOM: usize = 20_000_000;
@@ -16,8 +16,14 @@ pub(super) const FILTER: usize = 48;
 /// Relative change to the next look at the eigenvalues that counts as none, in the first space and, since equal eigenvalues
 /// in one block cannot be told more accurately than by a root of the rounding error, in the later ones.
 const SETTLED: [f64; SPACES] = [1e-10, 1e-10, 1e-6];
+/// Part of the radius by which an eigenvalue may differ from it and still be the radius itself.
+const ATTAINED: f64 = 1e-8;
 /// Looks in a row at which a largest real eigenvalue may not have changed.
 const LOOKS: usize = 2;
+/// Radius from which the distance from 1 counts.
+pub(super) const NEAR_ONE: f64 = 0.999;
+/// Factor that leads from an estimate of the radius beyond all eigenvalues.
+pub(super) const BEYOND: f64 = 1.03;
 /// Radius above which nothing near 1 need be looked for.
 pub(super) const CLEARLY_UNSTABLE: f64 = 1.05;
 /// Accuracy of solutions from which a largest real eigenvalue is found.
@@ -125,15 +131,18 @@ fn in_one_space(
         }
         look += look.div_ceil(3);
         // A look at which the eigenvalues do not settle is passed over; the next has a larger matrix.
-        if let Some(found) = modulus(&space.projected().into_owned()) {
-            // The changes to come are foreseen to shrink as the last one did.
-            let change = (found - radius).abs();
-            let shrinks = if last > 0.0 { change / last } else { 1.0 };
-            let foreseen = if shrinks < 1.0 { change * shrinks / (1.0 - shrinks) } else { change };
-            (radius, last) = (found, change);
-            if foreseen <= tolerance * found {
-                return (radius, None);
-            }
+        let Some(values) = modes::computed_eigenvalues(&space.projected().into_owned()) else { continue };
+        let found = values.iter().map(|value| value.norm()).fold(0.0, f64::max);
+        // The changes to come are foreseen to shrink as the last one did.
+        let change = (found - radius).abs();
+        let shrinks = if last > 0.0 { change / last } else { 1.0 };
+        let foreseen = if shrinks < 1.0 { change * shrinks / (1.0 - shrinks) } else { change };
+        (radius, last) = (found, change);
+        // Where another value is as large and none of them real, the radius is not among them yet.
+        let is_attained =
+            |value: &Complex<f64>| value.re >= found * (1.0 - ATTAINED) && value.im.abs() <= ATTAINED * found;
+        if foreseen <= tolerance * found && values.iter().any(is_attained) {
+            return (radius, None);
         }
     }
     // A space that is invariant has the radius exactly.
@@ -170,11 +179,6 @@ pub(crate) fn dominant(projected: &DMatrix<f64>, radius: f64) -> Vec<f64> {
         direction = next.normalize();
     }
     direction.as_slice().to_vec()
-}
-
-/// Largest modulus of the eigenvalues of a square matrix; `None` if the iteration for them does not converge.
-pub(crate) fn modulus(matrix: &DMatrix<f64>) -> Option<f64> {
-    Some(modes::computed_eigenvalues(matrix)?.iter().map(|value| value.norm()).fold(0.0, f64::max))
 }
 
 #[cfg(test)]

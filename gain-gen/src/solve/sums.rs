@@ -1,5 +1,8 @@
-//! Costs of a loop that is a single matrix: `X = F' X F + C`, by doubling the number of terms of its series.
+//! A loop that is a single matrix, which one over a network is often like: its radius, and its costs
+//! `X = F' X F + C` by doubling the number of terms of their series.
 
+use super::radius::radius;
+use crate::extended::widened;
 use nalgebra::DMatrix;
 
 /// Radius above which plain iteration takes too long for a loop to be worth its powers.
@@ -7,27 +10,53 @@ const SLOW: f64 = 0.99;
 /// Squarings after which a sum of powers below 1 has converged: 2^64 terms.
 const SQUARINGS: usize = 64;
 
+/// `x+ = F x`.
+pub(super) struct StateLoop {
+    closed: DMatrix<f64>,
+    radius: f64,
+}
+
+impl StateLoop {
+    /// Of a loop with this matrix, `nx x nx`, and spectral radius.
+    pub(super) fn new(closed: DMatrix<f64>, radius: f64) -> Self {
+        Self { closed, radius }
+    }
+
+    /// The same; the radius is found.
+    pub(super) fn of(closed: DMatrix<f64>) -> Self {
+        let radius = radius(&widened(&closed));
+        Self::new(closed, radius)
+    }
+
+    /// Its costs; `None` for a loop that forgets quickly, or never.
+    pub(super) fn sums(&self) -> Option<Sums> {
+        (self.radius > SLOW && self.radius < 1.0).then(|| Sums::of(self.closed.clone()))
+    }
+
+    /// Its costs where each cycle counts `1 / growth` of the one before; `None` where they have no end.
+    pub(super) fn discounted(&self, growth: f64) -> Option<Sums> {
+        (self.radius.powi(2) < growth).then(|| Sums::of(&self.closed / growth.sqrt()))
+    }
+}
+
 /// The powers `F, F^2, F^4, ..` until nothing is left of them, `nx x nx` each.
 pub(super) struct Sums {
     powers: Vec<DMatrix<f64>>,
 }
 
 impl Sums {
-    /// Of a loop with this spectral radius; `None` for one that forgets quickly.
-    pub(super) fn of(closed: &DMatrix<f64>, radius: f64) -> Option<Self> {
-        if radius <= SLOW {
-            return None;
-        }
-        let mut powers = vec![closed.clone()];
+    fn of(closed: DMatrix<f64>) -> Self {
+        let size = closed.amax();
+        let mut powers = vec![closed];
         while powers.len() < SQUARINGS {
             let last = &powers[powers.len() - 1];
             let next = last * last;
-            if !next.iter().all(|entry| entry.is_finite()) || next.amax() <= f64::EPSILON * closed.amax() {
+            if !next.iter().all(|entry| entry.is_finite()) || next.amax() <= f64::EPSILON * size {
                 break;
             }
             powers.push(next);
         }
-        Some(Self { powers })
+        Self { powers }
     }
 
     /// `X` for a symmetric `C`.
