@@ -123,9 +123,10 @@ impl LoopAsRun {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::design::modes;
     use crate::design::{DelayDistribution, Design, Link};
     use crate::estimation::kalman_covariance;
-    use crate::solve::{LoopProblem, Method, modulus, solve};
+    use crate::solve::{LoopProblem, Method, solve};
 
     const CRITICAL: &str = include_str!("../../../designs/critical.toml");
 

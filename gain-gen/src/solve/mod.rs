@@ -76,7 +76,6 @@ pub use law::{Law, mode_weights};
 pub use mode_chain::{ModeChain, TooManyModes};
 pub(crate) use modes::{Mode, modes};
 pub use rollout::{Rollout, Situation};
-#[cfg(test)]
 pub(crate) use spectral::spectral_radius;
 pub use tracking::{
     LONGEST_PREVIEW, PreviewGains, PreviewTooLong, Tracked, TrackedTask, preview_gains, set_point_gains,

@@ -22,7 +22,7 @@ pub(super) fn radius(matrix: &DMatrix<Extended>) -> f64 {
         let size = power.iter().map(|entry| entry.magnitude()).fold(0.0, f64::max);
         let Some(scale) = growth.takes(size) else { return if size == 0.0 { 0.0 } else { f64::INFINITY } };
         let unit = Extended::from(scale);
-        power.apply(|entry| *entry = *entry * unit);
+        power.apply(|entry| *entry *= unit);
         power = product(&power, &power);
     }
     squared(growth, rounded(&power), SQUARINGS - wide)
