@@ -15,8 +15,9 @@ use gain_gen::{
 };
 use std::hint::black_box;
 
-const DESIGNS: [(&str, &str); 2] = [
-    ("double_integrator", include_str!("../../designs/double_integrator_bad.toml")),
+const DESIGNS: [(&str, &str); 3] = [
+    ("double_integrator", include_str!("../../designs/double_integrator.toml")),
+    ("double_integrator_bad", include_str!("../../designs/double_integrator_bad.toml")),
     ("pendulum", include_str!("../../designs/pendulum.toml")),
 ];
 
@@ -35,8 +36,7 @@ fn main() {
         _ => panic!("usage: solve [DESIGN LENGTH]"),
     };
     for (name, length) in cases {
-        let (_, text) =
-            DESIGNS.iter().find(|design| design.0 == name).expect("double_integrator or pendulum");
+        let (_, text) = DESIGNS.iter().find(|design| design.0 == name).expect("one of the designs");
         let design = Design::parse(text, "design.toml").expect("a design of the project");
         let found = counted(&LoopProblem::of(&design).with_length(length));
         println!(

@@ -46,7 +46,8 @@ pub(super) enum Command {
         /// one input. They grow with the fourth power of N, and all of them follow from lx, m and r.
         #[arg(long, requires = "json")]
         mode_gains: bool,
-        /// Add how much more loss, delay and input gain the loop bears: a minute or more for N = 20
+        /// Add how far it is to instability, with the filter in the loop and with the state known: in loss, delay,
+        /// sample time and each entry of the plant; a minute or more for N = 20
         #[arg(long)]
         margins: bool,
         /// Add the time-varying gains of a task of so many cycles (1 to 10000), which ends with cost.terminal

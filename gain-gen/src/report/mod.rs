@@ -22,7 +22,7 @@ use crate::figure;
 use crate::margins::{Margins, margins};
 use crate::solve::{
     FiniteHorizon, LoopProblem, Method, Outcome, PreviewGains, PreviewTooLong, Solution, Start,
-    TriggerTables, age_transitions, trigger_tables,
+    TriggerTables, age_transitions, applied_mean_squares, trigger_tables,
 };
 use crate::stability;
 use crate::warnings::{self, Warning};
@@ -80,6 +80,9 @@ pub struct Report {
     pub channel: Option<ChannelDesigns>,
     /// What the design asks for that makes no sense.
     pub warnings: Vec<Warning>,
+    /// Root mean squares of the inputs applied, with the state known, `nu` values; `None` without input limits, or where the loop
+    /// has not [`Report::converged`].
+    pub applied: Option<Vec<f64>>,
     /// Proof of stability; `None` before [`Report::certify`] and for a loop that has not [`Report::converged`].
     pub certificate: Option<Certificate>,
 }
@@ -124,6 +127,12 @@ impl Report {
                 &design.network.sensor_to_controller.delays,
                 design.controller.measurement_buffer,
             ),
+            applied: design
+                .controller
+                .input_limits
+                .as_ref()
+                .and_then(|_| applied_mean_squares(&problem, &solution, &design.plant.process_noise))
+                .map(|squares| squares.into_iter().map(|square| square.max(0.0).sqrt()).collect()),
             estimation,
             warnings: [warnings::of_design(design), warnings::of_loop(design, &solution)].concat(),
             design: design.clone(),
@@ -136,6 +145,13 @@ impl Report {
             channel: None,
             certificate: None,
         }
+    }
+
+    /// For each input with limits, how many of its root mean squares its nearer limit is away; `None` as [`Report::applied`].
+    pub fn distances_to_limits(&self) -> Option<Vec<f64>> {
+        let limits = self.design.controller.input_limits.as_ref()?;
+        let distance = |(&(low, high), rms): (&(f64, f64), &f64)| high.min(-low) / rms;
+        Some(limits.iter().zip(self.applied.as_ref()?).map(distance).collect())
     }
 
     /// Adds the margins if the loop has [`Report::converged`]. Dense: slow for long sequences.

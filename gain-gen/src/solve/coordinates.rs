@@ -81,7 +81,7 @@ impl Coordinates {
     }
 
     /// A cost over these states, `nx x nx`, as one over the design's.
-    fn cost(&self, cost: &DMatrix<f64>) -> DMatrix<f64> {
+    pub(super) fn cost(&self, cost: &DMatrix<f64>) -> DMatrix<f64> {
         let d = &self.states;
         DMatrix::from_fn(d.len(), d.len(), |i, j| cost[(i, j)] / d[i] / d[j])
     }

@@ -93,8 +93,8 @@ pub(crate) fn row_major(matrix: &DMatrix<f64>) -> Vec<f64> {
     matrix.transpose().as_slice().to_vec()
 }
 
-struct InFlightRecursion<'p, 'w> {
-    synthesis: Synthesis<'p, 'w, f64>,
+pub(super) struct InFlightRecursion<'p, 'w> {
+    pub(super) synthesis: Synthesis<'p, 'w, f64>,
     problem: Problem<'p, f64>,
     /// The loop without a network.
     free: Option<StateLoop>,
@@ -306,7 +306,11 @@ fn synthesis<'p, 'w>(problem: Problem<'p, f64>, workspace: &'w mut [f64]) -> Syn
 }
 
 /// The recursion from the start on.
-fn recursion<'p, 'w>(start: &Start, flat: &'p Flat, workspace: &'w mut [f64]) -> InFlightRecursion<'p, 'w> {
+pub(super) fn recursion<'p, 'w>(
+    start: &Start,
+    flat: &'p Flat,
+    workspace: &'w mut [f64],
+) -> InFlightRecursion<'p, 'w> {
     let problem = &start.problem;
     let free = start.free.as_ref().map(|free| {
         let closed = &problem.a + &problem.b * &free.gain;

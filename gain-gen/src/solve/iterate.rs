@@ -65,7 +65,9 @@ const MOST_POLISHED: usize = 2;
 /// Rate from which the error of the gains is measured by what is still to come in one piece, not estimated.
 const SLOW: f64 = 0.999;
 /// Distance of the rate from 1 that rounding does not resolve.
-const UNRESOLVED: f64 = 1e-13;
+const UNRESOLVED: f64 = 1e-12;
+/// Iterations after which a rate that is not told from 1 ends them.
+const ON_THE_LIMIT: usize = 256;
 /// Change of the gains, relative to the largest, at which they stand still.
 const STILL: f64 = 1e-13;
 /// Rounding of a step, relative to the gains.
@@ -138,7 +140,7 @@ pub(super) fn iterate(recursion: &mut impl Recursion, scale: f64, doomed: bool) 
         let at_floor = stalled >= PATIENCE || policy.is_exhausted(recursion.memory());
         if residual <= RESIDUAL || (residual <= ROUNDING_FLOOR && at_floor) {
             let gains = settle_gains(recursion, &mut ending);
-            ending.mean_square_rate = recursion.settled_rate();
+            ending.mean_square_rate = resolved(recursion.settled_rate());
             // A cost that does not see an unstable mode converges and stabilises nothing.
             let stabilised = ending.mean_square_rate < 1.0;
             let to_come = residual / (1.0 - ending.mean_square_rate);
@@ -146,9 +148,9 @@ pub(super) fn iterate(recursion: &mut impl Recursion, scale: f64, doomed: bool) 
                 polished += 1;
                 continue;
             }
-            ending.outcome = match ending.mean_square_rate - 1.0 {
-                distance if distance.abs() <= UNRESOLVED => Outcome::Undecided,
-                distance if distance < 0.0 => Outcome::Converged,
+            ending.outcome = match ending.mean_square_rate {
+                rate if rate < 1.0 => Outcome::Converged,
+                1.0 => Outcome::Undecided,
                 _ => Outcome::Unstable,
             };
             if stabilised {
@@ -167,9 +169,13 @@ pub(super) fn iterate(recursion: &mut impl Recursion, scale: f64, doomed: bool) 
         }
         if !stable && ending.iterations == due {
             if doomed || value_steps_to_come(residual, halfway, due - due / 2) > WORTH_WHILE {
-                let rate = recursion.rate();
+                let rate = resolved(recursion.rate());
                 stable = rate < 1.0 || recursion.fall_back();
                 policy.active = stable;
+                if rate == 1.0 && due >= ON_THE_LIMIT {
+                    ending.mean_square_rate = rate;
+                    return ending;
+                }
                 if !stable && recursion.size() > outgrown {
                     ending.outcome = Outcome::Unstable;
                     ending.mean_square_rate = rate;
@@ -180,8 +186,13 @@ pub(super) fn iterate(recursion: &mut impl Recursion, scale: f64, doomed: bool) 
             look = due + if doomed { LOOK_WHEN_DOOMED } else { due };
         }
     }
-    ending.mean_square_rate = recursion.rate();
+    ending.mean_square_rate = resolved(recursion.rate());
     ending
+}
+
+/// The rate, exactly 1 where rounding does not tell it from 1.
+fn resolved(rate: f64) -> f64 {
+    if (rate - 1.0).abs() <= UNRESOLVED { 1.0 } else { rate }
 }
 
 /// Value steps until the residual has fallen far enough, if it goes on as it did over the last `steps` of them.

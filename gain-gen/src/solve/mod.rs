@@ -22,6 +22,7 @@
 //! | `radius` | spectral radius of a matrix, to the last digits |
 //! | `emitted` | the law with its numbers rounded for the device |
 //! | `evaluation` | fixed point of an affine map: the cost of given gains |
+//! | `applied` | how large the inputs are that the loop applies |
 //! | `sums` | the same for a loop that is a single matrix |
 //! | `age_chain` | the transition matrix of the actuator's age |
 //! | `mode_chain` | what the controller may know of the network: ages, and states of a channel |
@@ -30,6 +31,7 @@
 //! Conditions that need no gains (how long sequences must at least be) are in [`crate::stability`].
 
 mod age_chain;
+mod applied;
 mod channel_in_flight;
 mod channel_law;
 mod closed_loop;
@@ -62,6 +64,7 @@ use slqg::{DefaultInput, arrival};
 use std::borrow::Cow;
 
 pub use age_chain::age_transitions;
+pub use applied::applied_mean_squares;
 pub use channel_in_flight::{ChannelSolution, solve_channel};
 pub use channel_law::ChannelLaw;
 pub(crate) use closed_loop::ClosedLoop;

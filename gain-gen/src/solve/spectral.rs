@@ -18,6 +18,8 @@ pub(super) const FILTER: usize = 48;
 const SETTLED: [f64; SPACES] = [1e-10, 1e-10, 1e-6];
 /// Part of the radius by which an eigenvalue may differ from it and still be the radius itself.
 const ATTAINED: f64 = 1e-8;
+/// Part of the radius by which the map may lead out of the space along the direction that it stretches most.
+const REST: f64 = 1e-10;
 /// Looks in a row at which a largest real eigenvalue may not have changed.
 const LOOKS: usize = 2;
 /// Radius from which the distance from 1 counts.
@@ -142,7 +144,12 @@ fn in_one_space(
         let is_attained =
             |value: &Complex<f64>| value.re >= found * (1.0 - ATTAINED) && value.im.abs() <= ATTAINED * found;
         if foreseen <= tolerance * found && values.iter().any(is_attained) {
-            return (radius, None);
+            let matrix = space.projected_with_rest().into_owned();
+            let direction = dominant(&space.projected().into_owned(), found);
+            let rest = matrix[(space.dimension(), space.dimension() - 1)] * direction[direction.len() - 1];
+            if rest.abs() <= REST * found {
+                return (radius, None);
+            }
         }
     }
     // A space that is invariant has the radius exactly.

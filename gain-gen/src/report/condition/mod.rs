@@ -5,7 +5,7 @@
 mod sentence;
 
 use super::{Verdict, default_input_name};
-use crate::design::{Acknowledgement, Design};
+use crate::design::{Acknowledgement, Behaviour, Design};
 use crate::estimation::{EstimationVerdict, Sight};
 use crate::solve::{LoopProblem, Outcome, Solution};
 use crate::stability::{self, Growth, growth};
@@ -71,6 +71,11 @@ pub enum FailedCondition {
         /// Probability that an acknowledgement is there before the next cycle; 0 where there are none.
         in_time: f64,
     },
+    /// Packets on a link are not independent, and gains, filter and theorems take them as such.
+    Dependent {
+        /// The link's key in the design file.
+        key: &'static str,
+    },
     /// Inputs have limits and the plant does not come back by itself: nothing proves that the loop is stable.
     Limited {
         /// Largest modulus of the eigenvalues of `A`, per step.
@@ -87,6 +92,7 @@ impl FailedCondition {
             Self::Undecided { .. }
             | Self::ErrorOpen { .. }
             | Self::Unacknowledged { .. }
+            | Self::Dependent { .. }
             | Self::Limited { .. } => true,
             Self::RunsDry { .. }
             | Self::NoFixedPoint { .. }
@@ -109,7 +115,13 @@ impl FailedCondition {
 
     /// Whether it is about the loop of the theorems: gains with the state known, and the filter.
     pub const fn is_of_theorems(&self) -> bool {
-        !matches!(self, Self::Rounded { .. } | Self::Unacknowledged { .. } | Self::Limited { .. })
+        !matches!(
+            self,
+            Self::Rounded { .. }
+                | Self::Unacknowledged { .. }
+                | Self::Dependent { .. }
+                | Self::Limited { .. }
+        )
     }
 }
 
@@ -127,6 +139,7 @@ pub(crate) fn failed(
         estimation(design, sight),
         rounding(solution, emitted_rate),
         acknowledgement(design),
+        dependence(design),
         limits(design),
     ];
     conditions.into_iter().flatten().collect()
@@ -180,6 +193,17 @@ fn acknowledgement(design: &Design) -> Option<FailedCondition> {
         Acknowledgement::Over(link) => link.delays.arrival(0),
     };
     (in_time < 1.0).then_some(FailedCondition::Unacknowledged { in_time })
+}
+
+/// The first link that is not one of independent delays.
+fn dependence(design: &Design) -> Option<FailedCondition> {
+    let network = &design.network;
+    let links = [
+        ("network.controller_to_actuator", &network.controller_to_actuator),
+        ("network.sensor_to_controller", &network.sensor_to_controller),
+    ];
+    let dependent = links.into_iter().find(|(_, link)| !matches!(link.behaviour, Behaviour::Independent));
+    dependent.map(|(key, _)| FailedCondition::Dependent { key })
 }
 
 /// A plant that comes back by itself stays bounded under inputs that are, whatever the controller does.

@@ -73,6 +73,10 @@ impl Display for FailedCondition {
                      with instant acknowledgements; host-sim run shows the loop as it is",
                 )
             }
+            Self::Dependent { key } => write!(
+                f,
+                "{key}: packets on this link are not independent of each other: where losses come in a row, a loop that                  is stable with the average link may be lost, and the theorems do not say. Gains, rate and costs take                  the packets as independent; host-sim run shows the loop as it is, and for a channel with states                  --method coupled its rate",
+            ),
             Self::Limited { modulus, growth: Growth::Grows } => write!(
                 f,
                 "controller.input_limits: |lambda_max(A)| = {} > 1: from some states no input within the limits leads \

@@ -57,6 +57,9 @@ pub(crate) struct Document<'r> {
     n_v: usize,
     /// Of the iterations, those that began with the exact cost of the gains before.
     policy_iterations: usize,
+    /// Only with input limits: root mean square of each input applied, and how many of them its nearer limit is away.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    applied_inputs: Option<Vec<AppliedInput>>,
     /// Estimated error of the gains relative to the largest; null unless converged.
     gain_error: Option<f64>,
     /// Mean-square rate with the numbers that are emitted.
@@ -85,6 +88,13 @@ pub(crate) struct Document<'r> {
     /// Only on CAN.
     #[serde(skip_serializing_if = "Option::is_none")]
     wire: Option<Wire<'r>>,
+}
+
+/// How large an input is, with the state known.
+#[derive(Serialize)]
+struct AppliedInput {
+    rms: f64,
+    limit_distance: f64,
 }
 
 /// [`crate::estimation::Estimation`]; null: unbounded, or no bound is known.
@@ -154,6 +164,12 @@ impl<'r> Document<'r> {
             n_v: report.in_flight(),
             policy_iterations: solution.policy_iterations,
             emitted_rate: report.emitted_rate,
+            applied_inputs: report.distances_to_limits().zip(report.applied.as_ref()).map(
+                |(distances, applied)| {
+                    let pairs = applied.iter().zip(distances);
+                    pairs.map(|(&rms, limit_distance)| AppliedInput { rms, limit_distance }).collect()
+                },
+            ),
             gain_error: solution.gain_error.is_finite().then_some(solution.gain_error),
             estimation: EstimationFigures {
                 q_arr: report.estimation.arrival,

@@ -195,7 +195,19 @@ impl Report {
         if let Some(steps) = self.time_constant() {
             line(f, "time constant", format!("{}, of the second moments", self.steps(steps)))?;
         }
-        line(f, "long-run cost", format!("{:<12}per step, tr(P W)", figure(self.control_cost())))
+        line(f, "long-run cost", format!("{:<12}per step, tr(P W)", figure(self.control_cost())))?;
+        let (Some(applied), Some(distances)) = (&self.applied, self.distances_to_limits()) else {
+            return Ok(());
+        };
+        for (input, (rms, distance)) in applied.iter().zip(distances).enumerate() {
+            let away = format!("its nearer limit is {} of that away", figure(distance));
+            line(
+                f,
+                &format!("input {}", input + 1),
+                format!("{:<12}root mean square; {away}", figure(*rms)),
+            )?;
+        }
+        Ok(())
     }
 
     fn estimation(&self, f: &mut Formatter<'_>) -> fmt::Result {
