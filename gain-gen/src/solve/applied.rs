@@ -1,10 +1,6 @@
 //! How large the inputs are that a loop applies: their variances in steady state, as costs that weigh nothing else.
 
-use super::{
-    LoopProblem, Solution, Start,
-    in_flight::{Flat, recursion},
-    iterate::Recursion,
-};
+use super::{LoopProblem, Solution, Start, flat::Flat, in_flight::recursion, iterate::Recursion};
 use nalgebra::DMatrix;
 
 /// Accuracy of a variance, relative to itself.
@@ -24,12 +20,7 @@ pub fn applied_mean_squares(
     let start = Start::of(problem);
     let law = start.coordinates.express_law(&solution.law);
     let (states, inputs) = problem.b.shape();
-    let gains: Vec<f64> = law
-        .lx
-        .row_iter()
-        .zip(law.m.row_iter())
-        .flat_map(|(lx, m)| lx.iter().chain(m.iter()).copied().collect::<Vec<_>>())
-        .collect();
+    let gains = law.by_rows();
     let of_input = |input: usize| {
         let unit = |i, j| if (i, j) == (input, input) { 1.0 } else { 0.0 };
         let weighed = LoopProblem {

@@ -8,7 +8,7 @@ use super::{
     LoopProblem, Outcome, Start,
     channel_law::ChannelLaw,
     coupled::solve_semidefinite,
-    in_flight::Flat,
+    flat::Flat,
     iterate::{Recursion, iterate},
     spectral::spectral_radius,
 };

@@ -4,7 +4,7 @@
 
 use super::{
     LoopProblem,
-    in_flight::Flat,
+    flat::Flat,
     law::Law,
     tracking::{TaskReference, Tracked, TrackedTask},
 };

@@ -3,6 +3,7 @@
 use super::{
     LoopProblem, NetworkFree, Outcome, Solution, Start,
     evaluation::solve_like,
+    flat::{Flat, synthesis},
     iterate::{Ending, Recursion, iterate},
     krylov::norm,
     law::Law,
@@ -17,81 +18,6 @@ use slqg::{
     DefaultInput,
     synthesis::{Dimensions, Problem, Synthesis},
 };
-
-/// A problem's matrices as the row-major slices the core takes.
-pub(super) struct Flat {
-    pub(super) dimensions: Dimensions,
-    a: Vec<f64>,
-    b: Vec<f64>,
-    q: Vec<f64>,
-    r: Vec<f64>,
-    survival: Vec<f64>,
-}
-
-impl Flat {
-    pub(super) fn new(problem: &LoopProblem) -> Self {
-        Self::with_survival(problem, problem.survival())
-    }
-
-    /// The same over a link with this survival function, `N` values.
-    pub(super) fn with_survival(problem: &LoopProblem, survival: Vec<f64>) -> Self {
-        Self {
-            dimensions: dimensions(problem),
-            a: row_major(&problem.a),
-            b: row_major(&problem.b),
-            q: row_major(&problem.q),
-            r: row_major(&problem.r),
-            survival,
-        }
-    }
-
-    /// P(delay > d) for d = 0..N-1.
-    pub(super) fn survival(&self) -> &[f64] {
-        &self.survival
-    }
-
-    /// The problem as the core takes it.
-    pub(super) fn problem(&self) -> Problem<'_, f64> {
-        Problem {
-            dimensions: self.dimensions,
-            a: &self.a,
-            b: &self.b,
-            q: &self.q,
-            r: &self.r,
-            survival: &self.survival,
-        }
-    }
-
-    /// The core's recursion at the fixed point `value`, after one more step: gains, expected costs and cost-to-go belong
-    /// together.
-    pub(super) fn at<R>(&self, value: &[f64], work: impl FnOnce(&mut Synthesis<'_, '_, f64>) -> R) -> R {
-        let mut workspace = vec![0.0; self.dimensions.workspace_len()];
-        let mut synthesis = self.synthesis(&mut workspace);
-        synthesis.value_mut().copy_from_slice(value);
-        synthesis.optimal_step();
-        work(&mut synthesis)
-    }
-
-    /// The core's recursion for this problem; `workspace` must be of its dimensions' length.
-    pub(super) fn synthesis<'w>(&self, workspace: &'w mut [f64]) -> Synthesis<'_, 'w, f64> {
-        synthesis(self.problem(), workspace)
-    }
-}
-
-/// A problem's sizes.
-pub(super) fn dimensions(problem: &LoopProblem) -> Dimensions {
-    Dimensions {
-        states: problem.a.nrows(),
-        inputs: problem.b.ncols(),
-        length: problem.length,
-        default_input: problem.default_input,
-    }
-}
-
-/// A matrix as the core takes it.
-pub(crate) fn row_major(matrix: &DMatrix<f64>) -> Vec<f64> {
-    matrix.transpose().as_slice().to_vec()
-}
 
 pub(super) struct InFlightRecursion<'p, 'w> {
     pub(super) synthesis: Synthesis<'p, 'w, f64>,
@@ -291,18 +217,8 @@ pub(super) fn rate_of(problem: &LoopProblem, law: &Law) -> f64 {
     let flat = Flat::new(&start.problem);
     let mut workspace = vec![0.0; flat.dimensions.workspace_len()];
     let mut recursion = recursion(&start, &flat, &mut workspace);
-    let gains: Vec<f64> = law
-        .lx
-        .row_iter()
-        .zip(law.m.row_iter())
-        .flat_map(|(lx, m)| lx.iter().chain(m.iter()).copied().collect::<Vec<_>>())
-        .collect();
-    recursion.synthesis.set_gains(&gains);
+    recursion.synthesis.set_gains(&law.by_rows());
     recursion.rate()
-}
-
-fn synthesis<'p, 'w>(problem: Problem<'p, f64>, workspace: &'w mut [f64]) -> Synthesis<'p, 'w, f64> {
-    Synthesis::new(problem, workspace).expect("slices and workspace are made to the problem's dimensions")
 }
 
 /// The recursion from the start on.

@@ -49,6 +49,12 @@ impl Law {
         }
     }
 
+    /// `[Lx M]` by rows, as the core's recursion takes them.
+    pub(super) fn by_rows(&self) -> Vec<f64> {
+        let rows = self.lx.row_iter().zip(self.m.row_iter());
+        rows.flat_map(|(lx, m)| lx.iter().chain(m.iter()).copied().collect::<Vec<_>>()).collect()
+    }
+
     /// Inputs of the plant, `nu`.
     pub fn inputs(&self) -> usize {
         self.lx.nrows() / self.length

@@ -16,6 +16,7 @@
 //! | `network_free` | the problem without its network, to the last digit: where both recursions start |
 //! | `coordinates` | units that come from the data, in which everything is computed |
 //! | `refined` | the same with the network, where rounding adds up |
+//! | `flat` | a problem as the core takes it |
 //! | `iterate` | when an iteration has converged, and when it never will; the same for both |
 //! | `krylov` | Arnoldi's process, on which the next two stand |
 //! | `spectral` | spectral radius of a linear map: the mean-square rate |
@@ -41,6 +42,7 @@ mod coupled;
 mod emitted;
 mod evaluation;
 mod finite_horizon;
+mod flat;
 mod in_flight;
 mod iterate;
 mod krylov;
@@ -73,7 +75,7 @@ pub use correlated::{Correlated, Knowledge, OnChannel, correlated};
 pub use coupled::{finite_horizon_reference, tracking_reference};
 pub(crate) use evaluation::solve_correction;
 pub use finite_horizon::{FiniteHorizon, finite_horizon, tracking_task};
-pub(crate) use in_flight::row_major;
+pub(crate) use flat::row_major;
 pub use iterate::Outcome;
 pub use law::{Law, mode_weights};
 pub use mode_chain::{ModeChain, TooManyModes};
@@ -245,7 +247,7 @@ impl Start {
             Method::InFlight => in_flight::solve(self),
             Method::Coupled => coupled::solve(self),
         };
-        self.coordinates.restore(solution, &in_flight::dimensions(&self.problem))
+        self.coordinates.restore(solution, &flat::dimensions(&self.problem))
     }
 
     /// Whether the in-flight recursion converges. Where the weights see every mode that does not decay, as those of a design do,

@@ -4,7 +4,7 @@
 //! precision, and the core takes its step in it; what that step changes, the residual, is then right, and the correction
 //! that it asks for needs but a few digits: Newton's method, as in `network_free` but with the link.
 
-use super::in_flight::Flat;
+use super::flat::Flat;
 use super::iterate::change_of;
 use crate::extended::Extended;
 use slqg::synthesis::{Problem, Synthesis};

@@ -1,6 +1,6 @@
 //! What sending a packet is worth, as the tables of [`slqg::event`]: THEORY 7.
 
-use super::{LoopProblem, Solution, in_flight::Flat};
+use super::{LoopProblem, Solution, flat::Flat};
 use slqg::event::{TableLengths, Tables};
 
 /// The tables of an event trigger in `f64`; layout as in [`Tables`].

@@ -2,7 +2,7 @@
 
 use super::{NEGLIGIBLE, OwnedStage, QUIET, Tracked, set_point_gains, unit};
 use crate::design::{Design, Goal, Preview};
-use crate::solve::{LoopProblem, Solution, in_flight::Flat};
+use crate::solve::{LoopProblem, Solution, flat::Flat};
 use nalgebra::{DMatrix, DVector};
 use slqg::synthesis::{Dimensions, LinearCost, Synthesis};
 

@@ -1,7 +1,7 @@
 //! Gains of a constant reference, and what it costs to stand there.
 
 use super::{NEGLIGIBLE, PreviewGains, QUIET, Tracked, preview::LONGEST_PREVIEW, unit};
-use crate::solve::{LoopProblem, Solution, in_flight::Flat};
+use crate::solve::{LoopProblem, Solution, flat::Flat};
 use nalgebra::{DMatrix, DVector};
 use slqg::synthesis::{LinearCost, Synthesis};
 

@@ -1,7 +1,7 @@
 //! The feedforward of a task that ends, and what the reference adds to its cost.
 
 use super::{Tracked, unit};
-use crate::solve::{LoopProblem, in_flight::Flat};
+use crate::solve::{LoopProblem, flat::Flat};
 use nalgebra::{DMatrix, DVector};
 use slqg::synthesis::{LinearCost, Synthesis};
 
