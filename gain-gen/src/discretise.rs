@@ -2,7 +2,7 @@
 //!
 //! Every entry of the result is as good as its own last digit: a chain of integrators at 0.1 ms has entries of 1e-18 beside
 //! others of 1, and where entries of 1e10 cancel, `f64` would keep six digits. So scaling and squaring runs on
-//! [`Extended`] numbers, in units in which the entries of the plant are of like size ([`crate::balance`]), and only what
+//! Extended numbers, in units in which the entries of the plant are of like size (`balance`), and only what
 //! comes out is rounded to `f64`. That rounding, half a unit in the last place of each entry, remains as the uncertainty of
 //! A and B, as the rounding of `a` and `b` remains where they were written down: where the last digit of an entry moves
 //! the gains, nothing that follows can be better.

@@ -39,7 +39,7 @@ impl Change {
     /// The true plant over one cycle; `None`: out of the range of numbers.
     ///
     /// # Panics
-    /// If the sample time changes of a plant that is no sampled one, see [`continuous_plant`].
+    /// If the sample time changes of a plant that is no sampled one, see `continuous_plant`.
     pub fn plant(self, plant: &Plant, factor: f64) -> Option<(DMatrix<f64>, DMatrix<f64>)> {
         match self {
             Self::InputGain => Some((plant.a.clone(), &plant.b * factor)),
