@@ -17,7 +17,7 @@ pub fn applied_mean_squares(
     if !solution.is_stabilising() {
         return None;
     }
-    let start = Start::of(problem);
+    let start = Start::of(problem).measured_by_given(&solution.cost_to_go);
     let law = start.coordinates.express_law(&solution.law);
     let (states, inputs) = problem.b.shape();
     let gains = law.by_rows();
@@ -32,6 +32,7 @@ pub fn applied_mean_squares(
             coordinates: start.coordinates.clone(),
             problem: start.coordinates.express(&weighed),
             free: start.free.clone(),
+            begun: None,
         };
         let flat = Flat::new(&start.problem);
         let mut workspace = vec![0.0; flat.dimensions.workspace_len()];

@@ -3,7 +3,7 @@
 //! Dense, and for any gains and any transitions of the age: what certificates and margins rest on.
 
 use super::{
-    LoopProblem, ModeChain,
+    LoopProblem, ModeChain, Start,
     evaluation::solve_like,
     krylov::norm,
     modes::{Mode, modes},
@@ -145,6 +145,8 @@ impl ClosedLoop<'_> {
 /// # Panics
 /// If the gains do not have the problem's dimensions.
 pub fn mean_square_rate(problem: &LoopProblem, gains: &[DMatrix<f64>]) -> f64 {
+    let start = Start::of(problem);
+    let gains: Vec<_> = gains.iter().map(|gain| start.coordinates.express_gain(gain)).collect();
     let chain = ModeChain::independent(&problem.link, problem.length);
-    ClosedLoop { modes: &modes(problem), chain: &chain, gains }.rate()
+    ClosedLoop { modes: &modes(&start.problem), chain: &chain, gains: &gains }.rate()
 }

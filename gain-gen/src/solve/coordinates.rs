@@ -51,6 +51,29 @@ impl Coordinates {
         (ratios(&self.states, &other.states), ratios(&self.inputs, &other.inputs))
     }
 
+    /// Those that `relative`, given in these, stands for.
+    pub(super) fn then(&self, relative: &Self) -> Self {
+        let product =
+            |here: &[f64], there: &[f64]| here.iter().zip(there).map(|(here, there)| here * there).collect();
+        Self {
+            states: product(&self.states, &relative.states),
+            inputs: product(&self.inputs, &relative.inputs),
+        }
+    }
+
+    /// A gain over `[x; rho]`, `(N nu) x n`, as one over these states and inputs.
+    pub(super) fn express_gain(&self, gain: &DMatrix<f64>) -> DMatrix<f64> {
+        let (d, e) = (&self.states, &self.inputs);
+        let column = |j: usize| if j < d.len() { d[j] } else { e[(j - d.len()) % e.len()] };
+        DMatrix::from_fn(gain.nrows(), gain.ncols(), |i, j| gain[(i, j)] * column(j) / e[i % e.len()])
+    }
+
+    /// A cost over the states of the problem, `nx x nx`, as one over these.
+    pub(super) fn express_cost(&self, cost: &DMatrix<f64>) -> DMatrix<f64> {
+        let d = &self.states;
+        DMatrix::from_fn(d.len(), d.len(), |i, j| cost[(i, j)] * d[i] * d[j])
+    }
+
     /// The problem in these coordinates.
     pub(super) fn express(&self, problem: &LoopProblem) -> LoopProblem {
         let (d, e) = (&self.states, &self.inputs);

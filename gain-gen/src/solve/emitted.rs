@@ -31,7 +31,7 @@ impl Solution {
             {
                 mean_square_rate(problem, &self.emitted_gains(scalar))
             }
-            DeviceScalar::F32 => rate_of(problem, &self.law.rounded_to(scalar)),
+            DeviceScalar::F32 => rate_of(problem, &self.law.rounded_to(scalar), &self.cost_to_go),
         }
     }
 }

@@ -28,6 +28,8 @@ pub(super) struct InFlightRecursion<'p, 'w> {
     sums: Option<Sums>,
     /// Whether the plant decays when left alone, or sent zeros.
     decays: bool,
+    /// Whether other units may be asked for.
+    may_rescale: bool,
     /// Whether it matters how fast a loop that is stable forgets.
     is_timed: bool,
     /// Cost of the state, `nx x nx`, in which what the loop without a network forgets last stands out.
@@ -47,6 +49,10 @@ const CORRECTION: f64 = 1e-6;
 const SEED: f64 = 1e-3;
 /// Plain applications before the rate is looked for: cheaper than a basis vector each, and what decays fast needs none.
 const FILTER: usize = 12;
+/// Cost of a state, in units in which it is 1 without a network, that calls for other units.
+const OUT_OF_SCALE: f64 = 1e4;
+/// Changes of units: they follow a cost-to-go that grows without bound no further.
+const MOST_RESCALED: usize = 4;
 /// Squarings after which a loop's power shows what lasts: 2^6 cycles.
 const SQUARINGS: usize = 6;
 
@@ -171,6 +177,12 @@ impl Recursion for InFlightRecursion<'_, '_> {
         self.remembered = Some(self.synthesis.value().to_vec());
     }
 
+    fn is_out_of_scale(&self) -> bool {
+        let states = self.problem.dimensions.states;
+        let costs = self.synthesis.cost_to_go().iter().step_by(states + 1);
+        self.may_rescale && costs.fold(0.0, |largest: f64, cost| largest.max(*cost)) > OUT_OF_SCALE
+    }
+
     /// A plant that decays is stabilised by sending zeros.
     fn fall_back(&mut self) -> bool {
         if self.decays {
@@ -210,9 +222,10 @@ fn lasting(problem: &LoopProblem, free: Option<&NetworkFree>) -> DMatrix<f64> {
     &later / later.amax() + one * SEED
 }
 
-/// Mean-square rate of any law, made with the link's own arrival probabilities, for the problem. THEORY 5.
-pub(super) fn rate_of(problem: &LoopProblem, law: &Law) -> f64 {
-    let start = Start::of(problem);
+/// Mean-square rate of any law, made with the link's own arrival probabilities, for the problem, whose cost-to-go is about `cost`,
+/// `nx x nx`. THEORY 5.
+pub(super) fn rate_of(problem: &LoopProblem, law: &Law, cost: &DMatrix<f64>) -> f64 {
+    let start = Start::of(problem).measured_by_given(cost);
     let law = start.coordinates.express_law(law);
     let flat = Flat::new(&start.problem);
     let mut workspace = vec![0.0; flat.dimensions.workspace_len()];
@@ -241,30 +254,57 @@ pub(super) fn recursion<'p, 'w>(
         remembered: None,
         decays: stability::open_loop_modulus(&problem.a) < 1.0
             && (problem.default_input == DefaultInput::Zero || !stability::runs_dry(problem)),
+        may_rescale: false,
         is_timed: true,
     };
-    recursion.synthesis.restart(start.cost_to_go().as_slice());
+    let begun = start.begun.as_ref().unwrap_or(start.cost_to_go());
+    recursion.synthesis.restart(begun.as_slice());
     recursion
 }
 
 /// Whether the recursion converges: the cost is bounded, and so is every state that shows in it.
 pub(super) fn converges(start: &Start) -> bool {
-    let problem = &start.problem;
-    let flat = Flat::new(problem);
-    let mut workspace = vec![0.0; flat.dimensions.workspace_len()];
-    let mut recursion = recursion(start, &flat, &mut workspace);
-    recursion.is_timed = false;
-    iterate(&mut recursion, start.cost_scale(), stability::runs_dry(problem)).outcome == Outcome::Converged
+    in_scale(start, false, |_, _, _, ending| ending.outcome == Outcome::Converged)
 }
 
-/// The start at its fixed point.
+/// The start at its fixed point, in the design's units.
 pub(super) fn solve(start: &Start) -> Solution {
-    let problem = &start.problem;
-    let flat = Flat::new(problem);
-    let mut workspace = vec![0.0; flat.dimensions.workspace_len()];
-    let mut recursion = recursion(start, &flat, &mut workspace);
-    let free = start.free.as_ref().filter(|_| problem.is_network_free());
-    let ending = match free {
+    in_scale(start, true, |start, flat, recursion, ending| {
+        start.coordinates.restore(solution(start, flat, recursion, &ending), &flat.dimensions)
+    })
+}
+
+/// Iterates, in other units where the network makes the cost much larger than it is without one, and hands over how it ended.
+fn in_scale<R>(
+    start: &Start,
+    is_timed: bool,
+    work: impl FnOnce(&Start, &Flat, &mut InFlightRecursion<'_, '_>, Ending) -> R,
+) -> R {
+    let mut rescaled: Option<Start> = None;
+    let mut iterations = 0;
+    for count in 0.. {
+        let start = rescaled.as_ref().unwrap_or(start);
+        let flat = Flat::new(&start.problem);
+        let mut workspace = vec![0.0; flat.dimensions.workspace_len()];
+        let mut recursion = recursion(start, &flat, &mut workspace);
+        recursion.is_timed = is_timed;
+        recursion.may_rescale = count < MOST_RESCALED;
+        let mut ending = ending(start, &mut recursion);
+        iterations += ending.iterations;
+        if ending.outcome != Outcome::Undecided || !recursion.is_out_of_scale() {
+            ending.iterations = iterations;
+            return work(start, &flat, &mut recursion, ending);
+        }
+        let states = flat.dimensions.states;
+        let cost = DMatrix::from_row_slice(states, states, recursion.synthesis.cost_to_go());
+        rescaled = Some(start.measured_by(&cost));
+    }
+    unreachable!("the last attempt asks for no other units")
+}
+
+/// How the iteration ends.
+fn ending(start: &Start, recursion: &mut InFlightRecursion<'_, '_>) -> Ending {
+    match start.free.as_ref().filter(|_| start.problem.is_network_free()) {
         // Already there: the step says how well the solution fits its equation.
         Some(free) => Ending {
             outcome: Outcome::Converged,
@@ -274,10 +314,21 @@ pub(super) fn solve(start: &Start) -> Solution {
             mean_square_rate: free.radius.powi(2),
             gain_error: free.error,
         },
-        None => iterate(&mut recursion, start.cost_scale(), stability::runs_dry(problem)),
-    };
+        None => iterate(recursion, start.cost_scale(), stability::runs_dry(&start.problem)),
+    }
+}
+
+/// What the recursion has come to, in the start's coordinates.
+fn solution(
+    start: &Start,
+    flat: &Flat,
+    recursion: &mut InFlightRecursion<'_, '_>,
+    ending: &Ending,
+) -> Solution {
+    let problem = &start.problem;
+    let free = start.free.as_ref().filter(|_| problem.is_network_free());
     let refined = if ending.outcome == Outcome::Converged && ending.gain_error > GOOD {
-        recursion.refined(&flat).filter(|refined| refined.error < ending.gain_error)
+        recursion.refined(flat).filter(|refined| refined.error < ending.gain_error)
     } else {
         None
     };

@@ -38,6 +38,10 @@ pub(super) trait Recursion {
     fn remember(&mut self) {}
     /// The gains of the last step, in any order.
     fn gains(&mut self) -> Vec<f64>;
+    /// Whether the cost-to-go has left the units it was begun in so far behind that others serve better.
+    fn is_out_of_scale(&self) -> bool {
+        false
+    }
     /// Takes gains that are known to stabilise the loop instead of those of the last step; false if none are known.
     fn fall_back(&mut self) -> bool;
     /// Steps after which what is in flight is forgotten: so many make its part of the cost-to-go as accurate as the
@@ -66,6 +70,8 @@ const MOST_POLISHED: usize = 2;
 const SLOW: f64 = 0.999;
 /// Distance of the rate from 1 that rounding does not resolve.
 const UNRESOLVED: f64 = 1e-12;
+/// Iterations between looks at the scale of the cost-to-go.
+const SCALE_LOOK: usize = 16;
 /// Iterations after which a rate that is not told from 1 ends them.
 const ON_THE_LIMIT: usize = 256;
 /// Change of the gains, relative to the largest, at which they stand still.
@@ -160,6 +166,9 @@ pub(super) fn iterate(recursion: &mut impl Recursion, scale: f64, doomed: bool) 
         }
         if !recursion.size().is_finite() {
             ending.outcome = Outcome::Unstable;
+            return ending;
+        }
+        if ending.iterations % SCALE_LOOK == 0 && recursion.is_out_of_scale() {
             return ending;
         }
         let due = look.max(recursion.memory());

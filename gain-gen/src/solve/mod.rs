@@ -238,16 +238,38 @@ pub(crate) struct Start {
     problem: LoopProblem,
     /// Its solution without a network; `None` if there is none, or it was not found.
     free: Option<NetworkFree>,
+    /// A cost-to-go of the state to go on from, `nx x nx`.
+    begun: Option<DMatrix<f64>>,
 }
 
 impl Start {
     /// Solves it.
     pub(crate) fn solve(&self, method: Method) -> Solution {
-        let solution = match method {
+        match method {
             Method::InFlight => in_flight::solve(self),
-            Method::Coupled => coupled::solve(self),
-        };
-        self.coordinates.restore(solution, &flat::dimensions(&self.problem))
+            Method::Coupled => {
+                self.coordinates.restore(coupled::solve(self), &flat::dimensions(&self.problem))
+            }
+        }
+    }
+
+    /// The same in units in which states and inputs cost alike by the cost-to-go `cost`, `nx x nx`, from which it starts then.
+    fn measured_by(&self, cost: &DMatrix<f64>) -> Self {
+        let price = &self.problem.r + self.problem.b.tr_mul(&(cost * &self.problem.b));
+        let here = Coordinates::given(&self.problem);
+        let relative = here.by_cost(cost, &price);
+        let (states, inputs) = relative.relative_to(&here);
+        Self {
+            coordinates: self.coordinates.then(&relative),
+            problem: relative.express(&self.problem),
+            free: self.free.clone().map(|free| free.in_units(&states, &inputs)),
+            begun: Some(relative.express_cost(cost)),
+        }
+    }
+
+    /// The same for a cost-to-go in the design's units.
+    fn measured_by_given(&self, cost: &DMatrix<f64>) -> Self {
+        self.measured_by(&self.coordinates.express_cost(cost))
     }
 
     /// Whether the in-flight recursion converges. Where the weights see every mode that does not decay, as those of a design do,
@@ -262,6 +284,7 @@ impl Start {
             coordinates: self.coordinates.clone(),
             problem: self.problem.with_length(length),
             free: self.free.clone(),
+            begun: None,
         }
     }
 
@@ -270,14 +293,14 @@ impl Start {
         let coordinates = Coordinates::of(problem);
         let balanced = coordinates.express(problem);
         let Some(free) = network_free(&balanced) else {
-            return Self { problem: balanced, coordinates, free: None };
+            return Self { problem: balanced, coordinates, free: None, begun: None };
         };
         // Now that it is known what a state and an input cost, units in which all cost the same.
         let price = &balanced.r + balanced.b.tr_mul(&(&free.cost_to_go * &balanced.b));
         let by_cost = coordinates.by_cost(&free.cost_to_go, &price);
         let (states, inputs) = by_cost.relative_to(&coordinates);
         let free = free.in_units(&states, &inputs);
-        Self { problem: by_cost.express(problem), coordinates: by_cost, free: Some(free) }
+        Self { problem: by_cost.express(problem), coordinates: by_cost, free: Some(free), begun: None }
     }
 
     /// The same in the units of the problem itself, for results that are not to be restored.
@@ -289,6 +312,7 @@ impl Start {
             free: free.map(|free| free.in_units(&states, &inputs)),
             problem: problem.clone(),
             coordinates: given,
+            begun: None,
         }
     }
 
