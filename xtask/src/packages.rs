@@ -1,5 +1,7 @@
 //! Distribution packages: what is missing is installed where that needs no questions, and named where not.
 
+use std::fs;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 use crate::{Result, process};
@@ -26,6 +28,37 @@ pub(crate) fn install(packages: &[String], why: &str, advice: &str) -> Result<()
         apt_get().args(["install", "--yes", "--no-install-recommends", "--no-remove"]).args(packages),
     )
     .map_err(|error| format!("could not install {list}: {error}\n{advice}").into())
+}
+
+/// Unpacks a package and what it needs into `folder/root`, beside what this machine has: for a program that could only be
+/// installed at the price of another one.
+pub(crate) fn unpack(package: &str, folder: &Path) -> Result<PathBuf> {
+    if !can_install() {
+        return Err(format!("{package} can be fetched by root on a Debian-like system only").into());
+    }
+    eprintln!("unpacking {package} and what it needs into {}", folder.display());
+    let (archives, root) = (folder.join("archives"), folder.join("root"));
+    fs::create_dir_all(archives.join("partial"))?;
+    fs::create_dir_all(&root)?;
+    let kept = format!("Dir::Cache::archives={}", archives.display());
+    process::run(apt_get().args([
+        "-o",
+        &kept,
+        "-o",
+        "APT::Sandbox::User=root",
+        "install",
+        "--yes",
+        "--no-install-recommends",
+        "--download-only",
+        package,
+    ]))?;
+    for file in fs::read_dir(&archives)? {
+        let file = file?.path();
+        if file.extension().is_some_and(|extension| extension == "deb") {
+            process::run(Command::new("dpkg-deb").arg("-x").arg(file).arg(&root))?;
+        }
+    }
+    Ok(root)
 }
 
 fn can_install() -> bool {

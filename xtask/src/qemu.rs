@@ -1,11 +1,14 @@
 //! The reference board in QEMU: runs an image and brings back what it printed and how it ended.
 
+use std::fs;
 use std::io::Read;
+use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
+use crate::workspace::Workspace;
 use crate::{Result, packages, process};
 
 const PROGRAM: &str = "qemu-system-arm";
@@ -27,15 +30,25 @@ pub(crate) struct Ended {
 }
 
 impl Qemu {
-    /// Looks on `PATH`; installs the Debian package where that is possible.
+    /// Looks on `PATH`, then for one that was unpacked before; installs the Debian package where that is possible, and
+    /// unpacks it beside what there is where installing it would remove something else.
     pub(crate) fn find_or_install() -> Result<Self> {
         if process::on_path(PROGRAM).is_none() {
-            let advice = format!(
-                "Install QEMU for Arm system emulation and have {PROGRAM} on PATH; as root on Debian:\n  \
-                 apt-get install --no-install-recommends {PROGRAM}"
-            );
-            packages::refresh_index();
-            packages::install(&[PROGRAM.to_owned()], &format!("{PROGRAM} is missing"), &advice)?;
+            let folder = Workspace::find()?.target.join("qemu");
+            if !folder.join("bin").join(PROGRAM).is_file() {
+                let advice = format!(
+                    "Install QEMU for Arm system emulation and have {PROGRAM} on PATH; as root on Debian:\n  \
+                     apt-get install --no-install-recommends {PROGRAM}"
+                );
+                packages::refresh_index();
+                let why = format!("{PROGRAM} is missing");
+                if let Err(error) = packages::install(&[PROGRAM.to_owned()], &why, &advice) {
+                    unpack(&folder).map_err(|other| format!("{error}\nNor could it be unpacked: {other}"))?;
+                }
+            }
+            if process::on_path(PROGRAM).is_none() {
+                put_on_path(&folder.join("bin"))?;
+            }
         }
         let program = process::on_path(PROGRAM).ok_or_else(|| format!("{PROGRAM} is not on PATH"))?;
         Ok(Self { program })
@@ -89,6 +102,35 @@ impl Qemu {
             }
         }
     }
+}
+
+/// Unpacks the Debian package into `folder`, with a script in `folder/bin` that starts the program with its own libraries.
+fn unpack(folder: &Path) -> Result<()> {
+    let root = packages::unpack(PROGRAM, folder)?;
+    let below = format!("lib/{}-linux-gnu", std::env::consts::ARCH);
+    let libraries = root.join("usr").join(&below);
+    let script = format!(
+        "#!/bin/sh\nLD_LIBRARY_PATH='{0}:{0}/pulseaudio:{2}' QEMU_MODULE_DIR='{0}/qemu' exec '{1}/usr/bin/{PROGRAM}' -L '{1}/usr/share/qemu' \"$@\"\n",
+        libraries.display(),
+        root.display(),
+        root.join(&below).display(),
+    );
+    let bin = folder.join("bin");
+    fs::create_dir_all(&bin)?;
+    let program = bin.join(PROGRAM);
+    fs::write(&program, script)?;
+    fs::set_permissions(&program, fs::Permissions::from_mode(0o755))?;
+    process::run(Command::new(&program).arg("--version").stdout(Stdio::null()))
+}
+
+/// For this process and those that it starts.
+fn put_on_path(folder: &Path) -> Result<()> {
+    let before = std::env::var_os("PATH").unwrap_or_default();
+    let folders = std::iter::once(folder.to_owned()).chain(std::env::split_paths(&before));
+    let path = std::env::join_paths(folders)?;
+    // SAFETY: tools are looked for before anything else is done; no other thread is there yet.
+    unsafe { std::env::set_var("PATH", path) };
+    Ok(())
 }
 
 /// A child that does not outlive its owner.
