@@ -48,7 +48,7 @@ const CORRECTION: f64 = 1e-6;
 /// Part of `x^T x` in the direction from which the rate is looked for: every mode of the plant shows in it.
 const SEED: f64 = 1e-3;
 /// Plain applications before the rate is looked for: cheaper than a basis vector each, and what decays fast needs none.
-const FILTER: usize = 12;
+const FILTER: usize = 8;
 /// Cost of a state, in units in which it is 1 without a network, that calls for other units.
 const OUT_OF_SCALE: f64 = 1e4;
 /// Changes of units: they follow a cost-to-go that grows without bound no further.
