@@ -75,7 +75,10 @@ impl Display for FailedCondition {
             }
             Self::Dependent { key } => write!(
                 f,
-                "{key}: packets on this link are not independent of each other: where losses come in a row, a loop that                  is stable with the average link may be lost, and the theorems do not say. Gains, rate and costs take                  the packets as independent; host-sim run shows the loop as it is, and for a channel with states                  --method coupled its rate",
+                "{key}: packets on this link are not independent of each other: where losses come in a row, a loop that \
+                 is stable with the average link may be lost, and the theorems do not say. Gains, rate and costs take \
+                 the packets as independent; host-sim run shows the loop as it is, and for a channel with states \
+                 --method coupled its rate",
             ),
             Self::Limited { modulus, growth: Growth::Grows } => write!(
                 f,
