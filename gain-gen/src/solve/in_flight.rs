@@ -34,7 +34,7 @@ pub(super) struct InFlightRecursion<'p, 'w> {
     is_timed: bool,
     /// Cost of the state, `nx x nx`, in which what the loop without a network forgets last stands out.
     lasting: DMatrix<f64>,
-    /// The cost-to-go, packed, at some step before.
+    /// The cost-to-go at some step before.
     remembered: Option<Vec<f64>>,
 }
 
@@ -95,9 +95,7 @@ impl InFlightRecursion<'_, '_> {
         };
         work(&mut map, &|stage| alike(&self.sums, states, stage))
     }
-}
 
-impl InFlightRecursion<'_, '_> {
     /// The fixed point near the present cost-to-go in twice the precision.
     fn refined(&self, flat: &Flat) -> Option<Refined> {
         refined(flat, self.synthesis.value(), |gains, residual| {
