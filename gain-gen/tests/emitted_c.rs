@@ -1,11 +1,11 @@
-//! Generated C is compiled and run: it does what the core does, to the bit, over many cycles with lost, late and
+//! The law in C is compiled under the names and sizes of designs, and run: it does what the core does, to the bit, over many cycles with lost, late and
 //! invented acknowledgements.
 
 mod c_compiler;
 mod draws;
 
 use assert_cmd::cargo::cargo_bin_cmd;
-use c_compiler::{STRICT, answer, compile, run};
+use c_compiler::{STRICT, answer, compile, compilers, run};
 use draws::Draws;
 use gain_gen::design::Design;
 use gain_gen::emit::{Output, write_all};
@@ -159,7 +159,7 @@ fn solved(design: &str, length: Option<usize>, default_input: Option<DefaultInpu
     report
 }
 
-/// Writes the law of `report` as `law.h` and `law.c` into `folder`.
+/// Writes the law of `report` as `law.h` and `law.c` into `folder`, with the files that all designs share.
 fn emitted(report: &Report, folder: &Path) {
     let header = folder.join("law.h");
     write_all(&Output::c(&header).unwrap().files(report, "test.toml").unwrap()).unwrap();
@@ -224,12 +224,14 @@ fn meets<T: Scalar, const NX: usize, const NU: usize, const N: usize>(
     if cfg!(target_arch = "x86_64") {
         eager.push("-march=native");
     }
-    for flags in [&STRICT[..], &eager] {
-        compile("cc", folder.path(), &[flags, &["driver.c", "law.c", "-o", "driver"]].concat());
-        let answers = answer(&folder.path().join("driver"), &input);
-        assert_eq!(answers.lines().count(), CYCLES);
-        for (at, (found, expected)) in answers.lines().zip(&expected).enumerate() {
-            assert_eq!(found, expected, "cycle {at}, {flags:?}");
+    for compiler in compilers() {
+        for flags in [&STRICT[..], &eager] {
+            compile(compiler, folder.path(), &[flags, &["driver.c", "law.c", "-o", "driver"]].concat());
+            let answers = answer(&folder.path().join("driver"), &input);
+            assert_eq!(answers.lines().count(), CYCLES);
+            for (at, (found, expected)) in answers.lines().zip(&expected).enumerate() {
+                assert_eq!(found, expected, "cycle {at}, {compiler} {flags:?}");
+            }
         }
     }
     compile("c++", folder.path(), &["-std=c++11", "-x", "c++", "-c", "law.c", "-o", "law.o"]);
@@ -270,8 +272,16 @@ fn todays_generator_writes_the_committed_sources() {
             .output()
             .unwrap();
         assert!(output.status.success() && output.stdout.is_empty(), "{output:?}");
-        for written in [header.with_extension("c"), header] {
-            let committed = here("tests/generated").join(written.file_name().unwrap());
+        for written in [
+            header.with_extension("c"),
+            header,
+            folder.path().join("slqg_law.h"),
+            folder.path().join("slqg_law.c"),
+        ] {
+            let name = written.file_name().unwrap();
+            // What is the same for every design is committed once.
+            let shared = name.to_string_lossy().starts_with("slqg_law");
+            let committed = here(if shared { "c" } else { "tests/generated" }).join(name);
             assert!(
                 std::fs::read(&written).unwrap() == std::fs::read(&committed).unwrap_or_default(),
                 "{} is not what the generator writes today. If the change is wanted:\n\
@@ -282,14 +292,12 @@ fn todays_generator_writes_the_committed_sources() {
             );
         }
     }
-    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 4, "temporary files were left behind");
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 6, "temporary files were left behind");
 }
 
 #[test]
-fn a_source_does_not_compile_with_another_header_or_with_reordered_sums() {
+fn a_law_does_not_compile_with_another_form_of_header_or_with_reordered_sums() {
     let folder = tempfile::tempdir().unwrap();
-    emitted(&solved("../designs/pendulum.toml", Some(3), None), folder.path());
-    let header = std::fs::read(folder.path().join("law.h")).unwrap();
     emitted(&solved("../designs/pendulum.toml", None, None), folder.path());
     let refused = |flags: &[&str], reason: &str| {
         let output = run("cc", folder.path(), &[flags, &["-c", "law.c", "-o", "law.o"]].concat());
@@ -298,8 +306,35 @@ fn a_source_does_not_compile_with_another_header_or_with_reordered_sums() {
         assert!(stderr.contains(reason), "{stderr}");
     };
     refused(&["-O2", "-ffast-math"], "without -ffast-math");
-    std::fs::write(folder.path().join("law.h"), header).unwrap();
-    refused(&["-std=c99"], "header and source were not generated together");
+    let shared = folder.path().join("slqg_law.h");
+    let text = std::fs::read_to_string(&shared).unwrap();
+    let older = text.replace("#define SLQG_LAW_FORM 1u", "#define SLQG_LAW_FORM 0u");
+    assert_ne!(text, older);
+    std::fs::write(shared, older).unwrap();
+    refused(&["-std=c99"], "written by different versions of gain-gen");
+}
+
+#[test]
+fn laws_of_several_designs_are_used_by_one_source_and_linked_with_all_sources_of_the_folder() {
+    let folder = tempfile::tempdir().unwrap();
+    for (design, name) in [("../designs/pendulum.toml", "arm.h"), ("tests/data/crane.toml", "crane.h")] {
+        let output = folder.path().join(name);
+        let files = Output::c(&output).unwrap().files(&solved(design, None, None), "test.toml").unwrap();
+        write_all(&files).unwrap();
+    }
+    let source = "#include \"arm.h\"\n#include \"crane.h\"\n#include \"arm.h\"\n\
+        int main(void)\n{\n    arm_state arm;\n    crane_state crane;\n\n    arm_init(&arm, 3);\n    crane_init(&crane, 4);\n    \
+        return arm.tick == 3u && crane.tick == 4u && sizeof arm.applied[0] == 4u && sizeof crane.applied[0] == 8u \
+        ? 0 : 1;\n}\n";
+    std::fs::write(folder.path().join("main.c"), source).unwrap();
+    for compiler in compilers() {
+        let sources = ["main.c", "arm.c", "crane.c", "slqg_law.c", "-o", "both"];
+        compile(compiler, folder.path(), &[&STRICT[..], &sources].concat());
+        assert_eq!(answer(&folder.path().join("both"), ""), "");
+        // The law by itself, for the design that the command line names.
+        let alone = ["-DSLQG_LAW_DESIGN=\"crane.h\"", "-c", "slqg_law.c", "-o", "crane.o"];
+        compile(compiler, folder.path(), &[&STRICT[..], &alone].concat());
+    }
 }
 
 #[test]
@@ -319,7 +354,7 @@ fn a_file_that_is_no_header_is_refused_and_nothing_is_written() {
     assert!(stderr.contains("give a header, such as \"critical.h\""), "{stderr}");
     assert_eq!(emit("critical.h", &["--sequence-length", "2"]).0, Some(3), "it cannot be stabilised");
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
-    // The header could be written, the source not.
+    // The others could be written, the source not.
     std::fs::create_dir(folder.path().join("critical.c")).unwrap();
     let (status, stderr) = emit("critical.h", &[]);
     assert_eq!(status, Some(2));

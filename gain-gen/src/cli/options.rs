@@ -157,7 +157,7 @@ impl MethodName {
 pub(super) enum FormatName {
     /// Rust source to include in a no_std crate that depends on slqg
     Rust,
-    /// C99: a header, and beside it a source that ends in .c instead of .h; without [tracking] and [event]
+    /// C99: a header, and beside it a source that ends in .c instead of .h and the law for both; without [tracking] and [event]
     C,
     /// The report's JSON with the plant's model and the settings of both nodes
     Json,

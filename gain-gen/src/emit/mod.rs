@@ -101,7 +101,8 @@ impl<'p> Output<'p> {
         Self(Kind::Text(format, path))
     }
 
-    /// A header at `header`, whose name ends in `.h`, and beside it the source, which ends in `.c` instead.
+    /// A header at `header`, whose name ends in `.h`, and beside it the source, which ends in `.c` instead, and the law
+    /// that both are for.
     ///
     /// # Errors
     /// The name does not end in `.h`, or could not be told to a C compiler.

@@ -5,9 +5,28 @@ use std::io::Write;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
-/// What generated source must compile under.
-pub(crate) const STRICT: [&str; 7] =
-    ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-Wconversion", "-O2"];
+/// What the law must compile under.
+pub(crate) const STRICT: [&str; 13] = [
+    "-std=c99",
+    "-Wall",
+    "-Wextra",
+    "-Wpedantic",
+    "-Werror",
+    "-Wconversion",
+    "-Wsign-conversion",
+    "-Wdouble-promotion",
+    "-Wshadow",
+    "-Wundef",
+    "-Wcast-qual",
+    "-Wunused-macros",
+    "-O2",
+];
+
+/// The compilers of C to test with: the system's own, and clang where there is one.
+pub(crate) fn compilers() -> Vec<&'static str> {
+    let has_clang = Command::new("clang").arg("--version").output().is_ok_and(|told| told.status.success());
+    if has_clang { vec!["cc", "clang"] } else { vec!["cc"] }
+}
 
 /// Runs `compiler`, `cc` or `c++`, in `folder`.
 ///

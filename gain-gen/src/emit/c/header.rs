@@ -1,13 +1,16 @@
-//! The header: what the law is, how to use it in a cycle, and its declarations.
+//! The header of a design: what the law is, how to use it in a cycle, and its names, sizes and tables.
 
 use super::{Names, comment, generated};
 use crate::design::DeviceScalar;
-use crate::emit::standing;
+use crate::emit::literal::Table;
+use crate::emit::{EmitError, standing};
 use crate::report::{Report, counted, figure, scalar_name};
 use slqg::DefaultInput;
-use slqg::blob::DesignId;
 
-/// How to use the law. Lines that only a design with limits or hold needs are added by the functions below.
+/// The form of `slqg_law.h` that headers are written for.
+const FORM: u32 = 1;
+
+/// How to use the law.
 const USE: &str = " * Once, for `static @law@_state law;`:
  *
  *     @law@_init(&law, 0);
@@ -30,87 +33,30 @@ const USE: &str = " * Once, for `static @law@_state law;`:
  * -msse2 -mfpmath=sse on 32-bit x86. It does not compile with -ffast-math.
 ";
 
-const DECLARATIONS: &str = "\
-/* A sequence as it was sent. */
-typedef struct {
-    uint32_t tick; /* the cycle it was made in */
-    bool sent;     /* false: nothing was sent in that cycle */
-    @scalar@ inputs[@LAW@_SEQUENCE_LENGTH][@LAW@_INPUTS];
-} @law@_packet;
-
-/* What the law remembers of one loop. Read what you like; write by the functions below only. */
-typedef struct {
-    /* Number of the current cycle, modulo 2^32. */
-    uint32_t tick;
-    /* The input that left the actuator in the last cycle, in input units, as far as is known. */
-    @scalar@ applied[@LAW@_INPUTS];
-    /* Age of the sequence it came from: cycles since that was made; @LAW@_EMPTY: the default input. */
-    uint8_t age;
-    /* Place of the current cycle in the ring of the last cycles. */
-    uint8_t next;
-@held@    @law@_packet packets[@LAW@_SEQUENCE_LENGTH];
-} @law@_state;
-
-/* Begins: the first cycle is `tick`, nothing was sent and the actuator applied zero so far. */
-void @law@_init(@law@_state *state, uint32_t tick);
-
-/*
- * Tells what the actuator applied in the last cycle, the one before state->tick: the input of the sequence made
- * `age` cycles before it, or the default input (@LAW@_EMPTY). At most once a cycle, before @law@_sequence.
- * Updates state->applied@saturation@.
- *
- * Without it the actuator is held to have played on without a new packet. An acknowledgement that comes later than
- * this is of no use here: do not pass it.
- *
- * Returns false and changes nothing if no such sequence was sent: the acknowledgement deserves no belief.
- */
-bool @law@_acknowledge(@law@_state *state, uint8_t age);
-
-/*
- * Computes the control sequence of the current cycle, remembers it as sent, and begins the next cycle.
- *
- * state_estimate: the state in the current cycle, given all measurements up to now, in state units.
- * sequence: receives one row a cycle, the first for the current one, in input units@unsaturated@.
- *
- * Returns false if a number is not finite. Do not send such a sequence; it is remembered as not sent.
- */
-bool @law@_sequence(@law@_state *state, const @scalar@ state_estimate[@LAW@_STATES],
-    @scalar@ sequence[@LAW@_SEQUENCE_LENGTH][@LAW@_INPUTS]);
-
-/* Tells, after @law@_sequence, that the sequence was not sent after all. */
-void @law@_unsent(@law@_state *state);
-
-/* Instead of @law@_sequence: sends nothing in the current cycle and begins the next one. */
-void @law@_skip(@law@_state *state);
-";
-
-const HELD: &str = "    /* The input of the cycle before the last: what the default input held in that. */
-    @scalar@ held[@LAW@_INPUTS];
-";
-
-/// The header for `report`. `mark`: checksum of both files.
-pub(super) fn text(report: &Report, origin: &str, names: &Names, mark: DesignId) -> String {
-    let (hold, limits) = (
-        report.solution.law.default_input == DefaultInput::Hold,
-        report.design.controller.input_limits.is_some(),
-    );
-    let declarations = DECLARATIONS
-        .replace("@held@", if hold { HELD } else { "" })
-        .replace("@saturation@", if limits { ", within the limits of the actuator" } else { "" })
-        .replace("@unsaturated@", if limits { "; the actuator saturates them" } else { "" });
+/// The header for `report`.
+pub(super) fn text(report: &Report, origin: &str, names: &Names) -> Result<String, EmitError> {
     let text = format!(
-        "{law}{USE} */\n\n{sizes}\n{declarations}\n#ifdef __cplusplus\n}}\n#endif\n\n#endif\n",
+        "{law}{USE} */\n\n{sizes}\n{declarations}\n{tables}#endif\n",
         law = law(report),
-        sizes = sizes(report, mark),
+        sizes = sizes(report),
+        declarations = declarations(report),
+        tables = tables(report)?,
     );
     // Names that are not ours stay out of the replacements.
     let first = format!(
-        "/*\n * {}\n * {}.c belongs to this header.\n *\n{} *\n",
+        "/*\n * {}\n * {}.c compiles the law under the names of this header: slqg_law.c, with its sizes and tables.\n *\n{} *\n",
         generated(report, origin),
         comment(&names.stem),
         standing::lines(report).iter().map(|line| format!(" * {}\n", comment(line))).collect::<String>()
     );
-    first + &names.fill(&text, report)
+    Ok(first + &names.fill(&text))
+}
+
+fn c_scalar(scalar: DeviceScalar) -> &'static str {
+    match scalar {
+        DeviceScalar::F32 => "float",
+        DeviceScalar::F64 => "double",
+    }
 }
 
 /// What is computed, with shapes, units, rate and cost.
@@ -126,7 +72,7 @@ fn law(report: &Report) -> String {
         DeviceScalar::F64 => 8,
     };
     format!(
-        " * The control law of one loop over a link that loses and delays packets, computed in {scalar} (@scalar@):
+        " * The control law of one loop over a link that loses and delays packets, computed in {scalar} ({c_scalar}):
  *
  *     U = Lx x + M v
  *
@@ -145,6 +91,7 @@ fn law(report: &Report) -> String {
  *
 ",
         scalar = scalar_name(scalar),
+        c_scalar = c_scalar(scalar),
         states = counted(plant.states(), "state"),
         in_flight = counted(report.in_flight() * plant.inputs(), "input"),
         inputs = counted(plant.inputs(), "input"),
@@ -161,19 +108,12 @@ fn law(report: &Report) -> String {
     )
 }
 
-fn sizes(report: &Report, mark: DesignId) -> String {
+fn sizes(report: &Report) -> String {
     let plant = &report.design.plant;
     format!(
         "\
 #ifndef @LAW@_H
 #define @LAW@_H
-
-#include <stdbool.h>
-#include <stdint.h>
-
-#ifdef __cplusplus
-extern \"C\" {{
-#endif
 
 /* States of the plant, nx. */
 #define @LAW@_STATES {states}u
@@ -187,8 +127,6 @@ extern \"C\" {{
 #define @LAW@_SAMPLE_TIME {time:?}
 /* Which design this is, as in blobs. */
 #define @LAW@_DESIGN_ID {design}u
-/* The same number in header and source tells that they were generated together. */
-#define @LAW@_GENERATED {mark}u
 ",
         states = plant.states(),
         inputs = plant.inputs(),
@@ -200,4 +138,66 @@ extern \"C\" {{
         time = plant.sample_time,
         design = super::design_id(&report.design),
     )
+}
+
+/// What `slqg_law.h` is told of the design, which then declares its types and functions.
+fn declarations(report: &Report) -> String {
+    format!(
+        "\
+/* Declares the types @law@_packet and @law@_state, and the functions @law@_init, @law@_acknowledge, @law@_sequence,
+ * @law@_unsent and @law@_skip, with what each of them does. */
+#define SLQG_LAW(name) @law@_##name
+#define SLQG_LAW_SCALAR {scalar}
+#define SLQG_LAW_STATES @LAW@_STATES
+#define SLQG_LAW_INPUTS @LAW@_INPUTS
+#define SLQG_LAW_LENGTH @LAW@_SEQUENCE_LENGTH
+#define SLQG_LAW_HOLD {hold}
+#define SLQG_LAW_LIMITS {limits}
+#define SLQG_LAW_FORM_EXPECTED {FORM}u
+#include \"slqg_law.h\"
+",
+        scalar = c_scalar(report.design.controller.scalar),
+        hold = u8::from(report.solution.law.default_input == DefaultInput::Hold),
+        limits = u8::from(report.design.controller.input_limits.is_some()),
+    )
+}
+
+/// The constants that a law has: arrays of no numbers are left out.
+fn tables(report: &Report) -> Result<String, EmitError> {
+    let (law, settings) = (&report.solution.law, &report.design.controller);
+    let (scalar, c_scalar) = (settings.scalar, c_scalar(settings.scalar));
+    let mut text = format!(
+        "/* For slqg_law.c alone. */\n\
+         #ifdef SLQG_LAW_SOURCE\n\n\
+         /* Lx: inputs of the sequence by states. */\n\
+         static const {c_scalar} @law@_lx[SLQG_LAW_LENGTH * SLQG_LAW_INPUTS][SLQG_LAW_STATES] = {};\n\n",
+        Table { name: "Lx", scalar }.c_rows(&law.lx)?
+    );
+    if report.in_flight() > 0 {
+        text.push_str(&format!(
+            "/* M: inputs of the sequence by expected inputs, cycle by cycle. */\n\
+             static const {c_scalar} @law@_m[SLQG_LAW_LENGTH * SLQG_LAW_INPUTS][SLQG_LAW_IN_FLIGHT * SLQG_LAW_INPUTS] = {};\n\n",
+            Table { name: "M", scalar }.c_rows(&law.m)?
+        ));
+    }
+    if !law.arrival.is_empty() {
+        text.push_str(&format!(
+            "/* r: for packets of age 1 to N-1, how likely they arrive by 0, 1, .. cycles from now. */\n\
+             static const {c_scalar} @law@_r[{}] = {};\n\n",
+            law.arrival.len(),
+            Table { name: "r", scalar }.c_list(&law.arrival, 0)?
+        ));
+    }
+    if let Some(pairs) = &settings.input_limits {
+        let table = Table { name: "controller.input_limits", scalar };
+        let (min, max): (Vec<_>, Vec<_>) = pairs.iter().copied().unzip();
+        text.push_str(&format!(
+            "/* Limits of the actuator, in input units. */\n\
+             static const {c_scalar} @law@_min[SLQG_LAW_INPUTS] = {};\n\
+             static const {c_scalar} @law@_max[SLQG_LAW_INPUTS] = {};\n\n",
+            table.c_list(&min, 0)?,
+            table.c_list(&max, 0)?
+        ));
+    }
+    Ok(text + "#endif\n\n")
 }

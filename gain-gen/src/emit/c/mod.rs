@@ -1,92 +1,43 @@
-//! The control law as C: a header and a source that need nothing but a C99 compiler.
+//! The control law as C, for projects that cannot link Rust: it needs nothing but a C99 compiler.
 //!
-//! They are the core's law once more, for projects that cannot link Rust: what `slqg::in_flight` and `slqg::gains`
-//! compute, in the same order, so that results agree to the bit. `header` says how to use it, `source` is the
-//! arithmetic; names and what the two files share are here.
+//! The arithmetic is in two files that are the same for every design, `c/slqg_law.h` and `c/slqg_law.c` of this crate. They
+//! compute what `slqg::in_flight` and `slqg::gains` compute, in the same order, so that results agree to the bit. A
+//! design adds its header, with sizes and tables, and a source of two lines that compiles the law under the design's names.
+//! `header` writes the first; `names` says how files and functions are called.
 
 mod header;
-mod source;
+mod names;
 
 use super::files::File;
 use super::{EmitError, design_id};
-use crate::design::DeviceScalar;
 use crate::report::Report;
-use slqg::blob::DesignId;
-use std::path::{Path, PathBuf};
+pub(super) use names::Names;
 
-/// What is before names of functions if the file's own name cannot be.
-const FALLBACK: &str = "design_";
+/// The declarations, and the form that a design's header is written for.
+const LAW_HEADER: &str = include_str!("../../../c/slqg_law.h");
+const LAW_SOURCE: &str = include_str!("../../../c/slqg_law.c");
 
-/// Names of the two files, and what names in them begin with.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Names {
-    header: PathBuf,
-    /// File name without `.h`.
-    stem: String,
-    /// `motor` in `motor_init`.
-    prefix: String,
-}
-
-impl Names {
-    /// The names for a header at `path`.
-    pub(super) fn of(path: &Path) -> Result<Self, EmitError> {
-        let refused =
-            |advice: String| Err(EmitError::HeaderName { path: path.to_string_lossy().into_owned(), advice });
-        let name = path.file_name().unwrap_or_default();
-        if path.extension().is_none_or(|extension| extension != "h") {
-            let mut proposed = PathBuf::from(name);
-            proposed.set_extension("h");
-            let proposed = if name.is_empty() { Path::new("motor.h") } else { &proposed };
-            return refused(format!(
-                "give a header, such as {proposed:?}; the source {:?} is written beside it",
-                proposed.with_extension("c")
-            ));
-        }
-        // An #include line takes a name as it is, without escapes. `?` could be part of a trigraph.
-        let stem = Path::new(name).file_stem().and_then(|stem| stem.to_str());
-        match stem.filter(|stem| !stem.contains(|c: char| c.is_control() || "\"\\?".contains(c))) {
-            Some(stem) => Ok(Self { header: path.into(), stem: stem.into(), prefix: prefix(stem) }),
-            None => refused("give a name without quotes, backslashes, `?` and control characters".into()),
-        }
-    }
-
-    /// `text` with `@law@` and the like replaced by what they stand for in these files.
-    fn fill(&self, text: &str, report: &Report) -> String {
-        let (scalar, zero, one) = match report.design.controller.scalar {
-            DeviceScalar::F32 => ("float", "0.0f", "1.0f"),
-            DeviceScalar::F64 => ("double", "0.0", "1.0"),
-        };
-        text.replace("@law@", &self.prefix)
-            .replace("@LAW@", &self.prefix.to_ascii_uppercase())
-            .replace("@scalar@", scalar)
-            .replace("@zero@", zero)
-            .replace("@one@", one)
-    }
-}
-
-/// The stem as the beginning of C identifiers: lower case, `_` for what they cannot contain. One that does not begin
-/// with a letter goes after a word that does: other beginnings are no identifiers, or the compiler's own.
-fn prefix(stem: &str) -> String {
-    let name: String =
-        stem.chars().map(|c| if c.is_ascii_alphanumeric() { c.to_ascii_lowercase() } else { '_' }).collect();
-    if name.starts_with(|c: char| c.is_ascii_lowercase()) { name } else { format!("{FALLBACK}{name}") }
-}
-
-/// Header and source for `report`. `origin`: name of the design file.
-pub(super) fn files(report: &Report, origin: &str, names: &Names) -> Result<[File; 2], EmitError> {
-    let texts = |mark| -> Result<_, EmitError> {
-        Ok([header::text(report, origin, names, mark), source::text(report, origin, names, mark)?])
-    };
-    // Both carry a checksum of both, so that a source does not compile with the header of another run.
-    let [header, source] = texts(DesignId(0))?;
-    let [header, source] = texts(DesignId::of((header + &source).as_bytes()))?;
+/// The design's header and source, and the law's. `origin`: name of the design file.
+pub(super) fn files(report: &Report, origin: &str, names: &Names) -> Result<[File; 4], EmitError> {
+    let file = |path, content: String| File { path, content: content.into() };
     Ok([
-        File { path: names.header.clone(), content: header.into() },
-        File { path: names.header.with_extension("c"), content: source.into() },
+        file(names.beside("slqg_law.h"), LAW_HEADER.into()),
+        file(names.beside("slqg_law.c"), LAW_SOURCE.into()),
+        file(names.header.clone(), header::text(report, origin, names)?),
+        file(names.header.with_extension("c"), source(report, origin, names)),
     ])
 }
 
-/// First lines of both files.
+/// The source of a design: it says which design the law is compiled for.
+fn source(report: &Report, origin: &str, names: &Names) -> String {
+    format!(
+        "/*\n * {}\n */\n\n#define SLQG_LAW_DESIGN \"{}.h\"\n#include \"slqg_law.c\"\n",
+        generated(report, origin),
+        names.stem,
+    )
+}
+
+/// First lines of the design's files.
 fn generated(report: &Report, origin: &str) -> String {
     format!(
         "Generated by gain-gen {} from {}, design \"{}\" ({}),\n\
@@ -114,37 +65,6 @@ fn comment(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn prefix_of(path: &str) -> String {
-        Names::of(Path::new(path)).unwrap().prefix
-    }
-
-    #[test]
-    fn names_begin_with_the_files_name() {
-        assert_eq!(prefix_of("some/folder.d/motor.h"), "motor");
-        assert_eq!(prefix_of("Left-Arm 2.v3.h"), "left_arm_2_v3");
-        assert_eq!(prefix_of("2nd.h"), "design_2nd");
-        assert_eq!(prefix_of("_motor.h"), "design__motor");
-        assert_eq!(prefix_of("größe.h"), "gr__e");
-        let names = Names::of(Path::new("a/motor.v2.h")).unwrap();
-        assert_eq!(names.stem, "motor.v2");
-    }
-
-    #[test]
-    fn a_name_that_is_no_headers_is_refused_with_one_that_is() {
-        let advice = |path: &str| Names::of(Path::new(path)).unwrap_err().to_string();
-        assert_eq!(
-            advice("out/motor.c"),
-            "--output: found \"out/motor.c\" for C; give a header, such as \"motor.h\"; the source \"motor.c\" is \
-             written beside it"
-        );
-        for path in ["motor", "motor.hpp", ".h", "", "motor.H", ".."] {
-            assert!(advice(path).contains("give a header, such as"), "{path}");
-        }
-        for path in ["a\"b.h", "a\\b.h", "what?.h", "a\nb.h"] {
-            assert!(advice(path).contains("without quotes"), "{path}");
-        }
-    }
 
     #[test]
     fn no_name_ends_a_comment() {
