@@ -26,7 +26,7 @@
 
 use crate::design::{Design, DesignError, LONGEST_SEQUENCE};
 use crate::emit::{EmitError, Format, WriteError, emit, write};
-use crate::report::{LONGEST_TASK, NoTask, Report};
+use crate::report::{LONGEST_TASK, NoTask, NotEmittable, Report};
 use crate::solve::Method;
 use slqg::DefaultInput;
 use std::path::{Path, PathBuf};
@@ -57,7 +57,15 @@ pub enum CompileError {
         /// Why.
         reason: NoTask,
     },
-    /// The loop is not shown to be stable, or its numbers do not fit the device.
+    /// The loop is not shown to be stable, or cannot be as the design has it.
+    #[error("{}: {reason}", design.display())]
+    NotEmittable {
+        /// The design file.
+        design: PathBuf,
+        /// Why.
+        reason: NotEmittable,
+    },
+    /// Its numbers do not fit the device.
     #[error("{}: {reason}", design.display())]
     Emit {
         /// The design file.
@@ -97,6 +105,19 @@ pub struct Compile {
     horizon: Option<usize>,
     name: Option<String>,
     accepts_undecided_stability: bool,
+}
+
+/// A design that was compiled.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Compiled {
+    /// The source.
+    pub path: PathBuf,
+    /// The design, with what was changed in it.
+    pub design: Design,
+    /// Outputs that follow a reference in the source, `nz`; 0 if none does.
+    pub tracked_outputs: usize,
+    /// Samples of the reference that make a difference, `T`; 0 if none is followed.
+    pub preview_samples: usize,
 }
 
 impl Compile {
@@ -147,6 +168,14 @@ impl Compile {
     /// On a design that is wrong or not shown to be stable, with the message for whoever wrote it, and outside of a
     /// build script.
     pub fn run(self) -> PathBuf {
+        self.run_for_more().path
+    }
+
+    /// [`Compile::run`] for build scripts that write more of the design than its source.
+    ///
+    /// # Panics
+    /// As [`Compile::run`].
+    pub fn run_for_more(self) -> Compiled {
         let folder = |name: &str| {
             PathBuf::from(
                 std::env::var_os(name).unwrap_or_else(|| panic!("{name} is not set: call this in build.rs")),
@@ -154,7 +183,7 @@ impl Compile {
         };
         let design = folder("CARGO_MANIFEST_DIR").join(&self.design);
         println!("cargo:rerun-if-changed={}", design.display());
-        Self { design, ..self }.run_into(&folder("OUT_DIR")).unwrap_or_else(|error| panic!("{error}"))
+        Self { design, ..self }.compiled_into(&folder("OUT_DIR")).unwrap_or_else(|error| panic!("{error}"))
     }
 
     /// Compiles the design to a source in `folder`, and returns its path.
@@ -163,6 +192,14 @@ impl Compile {
     /// The design is wrong, is not shown to be stable or does not fit the device's scalar, what was asked for is not
     /// possible, or `folder` cannot be written. A source that was there before is as it was.
     pub fn run_into(&self, folder: &Path) -> Result<PathBuf, CompileError> {
+        Ok(self.compiled_into(folder)?.path)
+    }
+
+    /// [`Compile::run_into`] for whoever writes more of the design than its source.
+    ///
+    /// # Errors
+    /// As [`Compile::run_into`].
+    pub fn compiled_into(&self, folder: &Path) -> Result<Compiled, CompileError> {
         let name = self.file_name()?;
         self.within("sequence_length", "inputs", self.sequence_length, LONGEST_SEQUENCE)?;
         self.within("horizon", "cycles", self.horizon, LONGEST_TASK)?;
@@ -176,11 +213,19 @@ impl Compile {
         }
         // Without folders: generated text must not depend on where a project lies.
         let origin = self.design.file_name().unwrap_or_default().to_string_lossy();
-        let source = emit(&report, &origin, Format::Rust)
+        let not_emittable = |reason| CompileError::NotEmittable { design: self.design.clone(), reason };
+        let emission = report.emission().map_err(not_emittable)?;
+        let source = emit(&emission, &origin, Format::Rust)
             .map_err(|reason| CompileError::Emit { design: self.design.clone(), reason })?;
         let path = folder.join(name);
         write(&path, &source)?;
-        Ok(path)
+        let tracked = emission.design.tracking.as_ref().zip(emission.preview);
+        Ok(Compiled {
+            path,
+            tracked_outputs: tracked.map_or(0, |(tracking, _)| tracking.outputs()),
+            preview_samples: tracked.map_or(0, |(_, gains)| gains.samples),
+            design: report.design,
+        })
     }
 
     fn changed(&self) -> Result<Design, DesignError> {

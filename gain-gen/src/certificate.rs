@@ -10,7 +10,8 @@
 mod verification;
 
 use crate::balance::{power_of_two, state_units};
-use crate::report::{default_input_name, figure, line_per_field, rows};
+use crate::figure::figure;
+use crate::json::{line_per_field, rows};
 use crate::solve::{
     ClosedLoop, LoopProblem, ModeChain, Solution, age_transitions, mean_square_rate, modes, solve_correction,
 };
@@ -228,7 +229,7 @@ impl Certificate {
             format_version: FORMAT_VERSION,
             name,
             sequence_length: problem.length,
-            default_input: default_input_name(problem.default_input),
+            default_input: problem.default_input.name(),
             a: rows(&problem.a),
             b: rows(&problem.b),
             delays: problem.link.probabilities(),

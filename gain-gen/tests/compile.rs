@@ -22,7 +22,7 @@ fn without_changes_the_source_is_that_of_the_file_and_bears_its_name() {
     let path = compile_into(&pendulum(), folder.path()).unwrap();
     assert_eq!(path, folder.path().join("pendulum.rs"));
     let report = Report::new(&Design::load(&pendulum()).unwrap(), Method::InFlight);
-    let expected = emit(&report, "pendulum.toml", Format::Rust).unwrap();
+    let expected = emit(&report.emission().unwrap(), "pendulum.toml", Format::Rust).unwrap();
     assert_eq!(std::fs::read_to_string(&path).unwrap(), expected);
 }
 
@@ -40,7 +40,8 @@ fn a_changed_design_is_compiled_beside_the_one_it_comes_from() {
     let mut design = Design::load(&pendulum()).unwrap();
     design.set_default_input(DefaultInput::Hold);
     design.set_sequence_length(6);
-    let expected = emit(&Report::new(&design, Method::InFlight), "pendulum.toml", Format::Rust).unwrap();
+    let report = Report::new(&design, Method::InFlight);
+    let expected = emit(&report.emission().unwrap(), "pendulum.toml", Format::Rust).unwrap();
     assert_eq!(std::fs::read_to_string(&changed).unwrap(), expected);
     assert!(
         expected.contains("from pendulum.toml, design \"pendulum\", N = 6, default input hold."),
@@ -56,6 +57,23 @@ fn a_task_is_compiled_where_no_loop_could_go_on() {
         Compile::new(design("../designs/critical.toml")).sequence_length(2).horizon(8).name("critical_task");
     let written = std::fs::read_to_string(task.run_into(folder.path()).unwrap()).unwrap();
     assert_eq!(written, std::fs::read_to_string(design("tests/generated/critical_task.rs")).unwrap());
+}
+
+#[test]
+fn what_is_compiled_tells_the_sizes_that_the_source_has() {
+    let folder = tempfile::tempdir().unwrap();
+    for (file, is_tracking) in [("tests/data/hoist.toml", true), ("../designs/pendulum.toml", false)] {
+        let compile = Compile::new(design(file)).accept_undecided_stability();
+        let compiled = compile.compiled_into(folder.path()).unwrap();
+        let source = std::fs::read_to_string(&compiled.path).unwrap();
+        for (name, size) in
+            [("TRACKED_OUTPUTS", compiled.tracked_outputs), ("PREVIEW_SAMPLES", compiled.preview_samples)]
+        {
+            assert_eq!(source.contains(&format!("pub const {name}: usize = {size};")), is_tracking, "{file}");
+            assert_eq!(size > 0, is_tracking, "{file}: {name}");
+        }
+        assert_eq!(compiled.design, Design::load(&design(file)).unwrap());
+    }
 }
 
 #[test]

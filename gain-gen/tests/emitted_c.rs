@@ -162,7 +162,7 @@ fn solved(design: &str, length: Option<usize>, default_input: Option<DefaultInpu
 /// Writes the law of `report` as `law.h` and `law.c` into `folder`, with the files that all designs share.
 fn emitted(report: &Report, folder: &Path) {
     let header = folder.join("law.h");
-    write_all(&Output::c(&header).unwrap().files(report, "test.toml").unwrap()).unwrap();
+    write_all(&Output::c(&header).unwrap().files(&report.emission().unwrap(), "test.toml").unwrap()).unwrap();
 }
 
 fn rounded<T: Scalar>(values: &[f64]) -> Vec<T> {
@@ -319,7 +319,10 @@ fn laws_of_several_designs_are_used_by_one_source_and_linked_with_all_sources_of
     let folder = tempfile::tempdir().unwrap();
     for (design, name) in [("../designs/pendulum.toml", "arm.h"), ("tests/data/crane.toml", "crane.h")] {
         let output = folder.path().join(name);
-        let files = Output::c(&output).unwrap().files(&solved(design, None, None), "test.toml").unwrap();
+        let files = Output::c(&output)
+            .unwrap()
+            .files(&solved(design, None, None).emission().unwrap(), "test.toml")
+            .unwrap();
         write_all(&files).unwrap();
     }
     let source = "#include \"arm.h\"\n#include \"crane.h\"\n#include \"arm.h\"\n\
@@ -369,7 +372,7 @@ fn any_name_of_a_design_and_of_a_file_makes_source_that_compiles() {
     report.design.name = "*/ #error /* ?\u{3f}/ @law@ @body@ \u{202e}ä\n\\".into();
     for stem in ["int", "2nd-axis (left)", "größe", "@law@"] {
         let header = folder.path().join(format!("{stem}.h"));
-        let files = Output::c(&header).unwrap().files(&report, "*/.toml").unwrap();
+        let files = Output::c(&header).unwrap().files(&report.emission().unwrap(), "*/.toml").unwrap();
         assert!(files.iter().all(|file| file.content.is_ascii() || stem == "größe"));
         write_all(&files).unwrap();
         let source = format!("{stem}.c");

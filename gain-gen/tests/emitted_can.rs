@@ -60,7 +60,7 @@ impl Frame for BusFrame {
 fn generated_source_is_the_committed_one() {
     let mut report = Report::new(&Design::load(&here("data/gantry.toml")).unwrap(), Method::InFlight);
     report.accept_undecided_stability();
-    let written = emit(&report, "gantry.toml", Format::Rust).unwrap();
+    let written = emit(&report.emission().unwrap(), "gantry.toml", Format::Rust).unwrap();
     assert_eq!(written, std::fs::read_to_string(here("generated/gantry.rs")).unwrap());
 }
 
@@ -121,7 +121,7 @@ fn frames_on_can_fd_do_not_change_what_is_generated() {
     let written = |design: &Path| {
         let mut report = Report::new(&Design::load(design).unwrap(), Method::InFlight);
         report.accept_undecided_stability();
-        emit(&report, "winch.toml", Format::Rust).unwrap()
+        emit(&report.emission().unwrap(), "winch.toml", Format::Rust).unwrap()
     };
     assert_eq!(written(&fd), written(&design));
 }

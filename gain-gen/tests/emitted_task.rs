@@ -53,7 +53,7 @@ fn the_committed_tasks_are_what_the_generator_writes_today() {
         (report, "critical.toml", "critical_task", "designs/critical.toml --sequence-length 2 --horizon 8"),
         (hoist(), "hoist.toml", "hoist_task", "gain-gen/tests/data/hoist.toml --horizon 4"),
     ] {
-        let source = emit(&report, origin, Format::Rust).expect("a source");
+        let source = emit(&report.emission().expect("a task"), origin, Format::Rust).expect("a source");
         let committed =
             std::fs::read_to_string(path(&format!("generated/{name}.rs"))).expect("the committed source");
         assert!(

@@ -87,13 +87,15 @@ fn more_states_or_inputs_are_refused_with_what_was_found_and_what_is_allowed() {
 
 #[test]
 fn what_no_device_runs_is_not_written_for_devices() {
-    let largest = report(estimator::MOST_STATES, 1);
+    let report_of_largest = report(estimator::MOST_STATES, 1);
+    let largest = report_of_largest.emission().unwrap();
     assert!(emit(&largest, "row.toml", Format::Rust).is_ok());
     let (blob, header) =
         (Output::blob(Path::new("row.blob")), Output::c(Path::new("row.h")).expect("a name"));
     assert!(blob.files(&largest, "row.toml").is_ok());
 
-    let too_large = report(estimator::MOST_STATES + 1, 1);
+    let report_of_too_large = report(estimator::MOST_STATES + 1, 1);
+    let too_large = report_of_too_large.emission().unwrap();
     let refused = |format| EmitError::TooManyStates { states: 33, format };
     assert_eq!(emit(&too_large, "row.toml", Format::Rust), Err(refused("rust")));
     assert_eq!(blob.files(&too_large, "row.toml"), Err(refused("blob")));

@@ -28,6 +28,14 @@ impl DefaultInput {
             Self::Hold => length,
         }
     }
+
+    /// As in design files, on the command line and in JSON.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Zero => "zero",
+            Self::Hold => "hold",
+        }
+    }
 }
 
 /// What the actuator played in one cycle: theta of thesis (3.11).

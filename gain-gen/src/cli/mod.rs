@@ -12,7 +12,7 @@ use gain_gen::certificate::NotCertified;
 use gain_gen::design::{Design, DesignError};
 use gain_gen::emit::{self, EmitError, Format, Output, WriteError};
 use gain_gen::lengths::Lengths;
-use gain_gen::report::{ModeGains, NoTask, NotStabilised, Report};
+use gain_gen::report::{ModeGains, NoTask, NotEmittable, NotStabilised, Report};
 use gain_gen::solve::{Method, PreviewTooLong, TooManyModes};
 use gain_gen::sweep::Sweep;
 use gain_gen::warnings;
@@ -29,6 +29,8 @@ enum Failure {
     Design(#[from] DesignError),
     #[error("{0}")]
     Emit(#[from] EmitError),
+    #[error("{0}")]
+    NotEmittable(#[from] NotEmittable),
     #[error(transparent)]
     NotStabilised(#[from] NotStabilised),
     #[error(transparent)]
@@ -48,12 +50,15 @@ enum Failure {
 impl Failure {
     fn status(&self) -> u8 {
         match self {
-            Self::NotStabilised(_) | Self::NotCertified(_) | Self::Emit(EmitError::NotStabilised(_)) => 3,
+            Self::NotStabilised(_)
+            | Self::NotCertified(_)
+            | Self::NotEmittable(NotEmittable::NotStabilised(_)) => 3,
             Self::Design(_)
             | Self::NoTask(_)
             | Self::TooManyModes(_)
             | Self::Preview(_)
             | Self::Emit(_)
+            | Self::NotEmittable(_)
             | Self::Write(_)
             | Self::Stdout(_) => 2,
         }
@@ -177,7 +182,7 @@ fn emit(
         report.find_task(cycles)?;
     }
     let origin = source.design.file_name().unwrap_or_default().to_string_lossy();
-    Ok(emit::write_all(&output.files(&report, &origin)?)?)
+    Ok(emit::write_all(&output.files(&report.emission()?, &origin)?)?)
 }
 
 /// The report; while it is made, a line on the terminal says so.

@@ -44,6 +44,16 @@ pub enum DeviceScalar {
     F64,
 }
 
+impl DeviceScalar {
+    /// As in design files and in Rust.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::F32 => "f32",
+            Self::F64 => "f64",
+        }
+    }
+}
+
 impl ControllerSettings {
     /// `inputs`: nu of the plant. `latest_measurement`: largest delay of a measurement in steps; it sets the buffer if none is given.
     ///

@@ -6,7 +6,6 @@ mod fit;
 
 use super::document::{Field, Section, counted};
 use super::{Acknowledgement, ControllerSettings, Design, DesignError, DeviceScalar, Network, Plant};
-use crate::report::scalar_name;
 use slqg::nalgebra::Vector1;
 use slqg::wire::can::{Grid, LARGEST_COUNT, MOST_CYCLES};
 
@@ -133,7 +132,7 @@ fn steps(
 fn steps_of(field: &Field<'_>, limits: Vec<f64>, scalar: DeviceScalar) -> Result<Vec<f64>, DesignError> {
     let of = |limit: f64| {
         step(limit, scalar).ok_or_else(|| {
-            let allowed = format!("give one above 0 whose part of 1/32767 {} can hold", scalar_name(scalar));
+            let allowed = format!("give one above 0 whose part of 1/32767 {} can hold", scalar.name());
             field.reject_with(format!("found the limit {limit:?}"), allowed)
         })
     };

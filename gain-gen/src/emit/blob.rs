@@ -1,23 +1,22 @@
 //! The gains as bytes that a device loads at run time; the layout is [`slqg::blob`]'s.
 
 use super::literal::Table;
-use super::{EmitError, design_id};
+use super::{Emission, EmitError, design_id};
 use crate::design::DeviceScalar;
-use crate::report::Report;
 use slqg::Scalar;
 use slqg::blob::{self, Shape};
 use slqg::gains::Tables;
 
-/// The blob of `report`'s law in the device's scalar.
-pub(super) fn bytes(report: &Report) -> Result<Vec<u8>, EmitError> {
-    match report.design.controller.scalar {
-        DeviceScalar::F32 => encoded::<f32>(report),
-        DeviceScalar::F64 => encoded::<f64>(report),
+/// The blob of `emission`'s law in the device's scalar.
+pub(super) fn bytes(emission: &Emission<'_>) -> Result<Vec<u8>, EmitError> {
+    match emission.design.controller.scalar {
+        DeviceScalar::F32 => encoded::<f32>(emission),
+        DeviceScalar::F64 => encoded::<f64>(emission),
     }
 }
 
-fn encoded<T: Scalar>(report: &Report) -> Result<Vec<u8>, EmitError> {
-    let (law, scalar) = (&report.solution.law, report.design.controller.scalar);
+fn encoded<T: Scalar>(emission: &Emission<'_>) -> Result<Vec<u8>, EmitError> {
+    let (law, scalar) = (emission.law, emission.design.controller.scalar);
     let rounded = |name, values: &[f64]| -> Result<Vec<T>, EmitError> {
         let table = Table { name, scalar };
         values.iter().map(|&value| table.fits(value).map(|()| T::nearest(value))).collect()
@@ -33,6 +32,6 @@ fn encoded<T: Scalar>(report: &Report) -> Result<Vec<u8>, EmitError> {
     };
     let mut buffer = vec![0; blob::encoded_len(&shape, T::BYTES)];
     let tables = Tables { lx: &lx, m: &m, arrival: &arrival };
-    blob::encode(design_id(&report.design), &shape, &tables, &mut buffer).map_err(EmitError::Blob)?;
+    blob::encode(design_id(emission.design), &shape, &tables, &mut buffer).map_err(EmitError::Blob)?;
     Ok(buffer)
 }

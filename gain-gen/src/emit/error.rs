@@ -1,22 +1,10 @@
-//! Why a design is not written.
+//! Why a format does not take a design.
 
-use crate::design::Misfit;
-use crate::report::{NotStabilised, Verdict};
-use crate::solve::PreviewTooLong;
 use slqg::{blob::EncodeError, estimator::MOST_STATES};
 
-/// Why a design is not written.
+/// Why a format does not take a design.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum EmitError {
-    /// The loop is not shown to be stable.
-    #[error("{0}{advice}", advice = advice(.0))]
-    NotStabilised(#[from] NotStabilised),
-    /// The preview that the design asks for is too long.
-    #[error(transparent)]
-    Preview(#[from] PreviewTooLong),
-    /// The frames are too long for what is to carry them.
-    #[error(transparent)]
-    Wire(#[from] Misfit),
     /// A number is beyond what the device's scalar can hold.
     #[error("{table}: found {value:e}, which {scalar} cannot hold; {advice}")]
     OutOfRange {
@@ -67,15 +55,4 @@ pub enum EmitError {
         /// What to do.
         advice: String,
     },
-}
-
-/// What lets an undecided loop through. Nothing does with an unstable one.
-fn advice(refused: &NotStabilised) -> &'static str {
-    match refused.verdict {
-        Verdict::Undecided => {
-            "\n  nothing is written unless that is accepted: --accept-undecided-stability, or in build scripts \
-             Compile::accept_undecided_stability"
-        }
-        Verdict::Stable | Verdict::Unstable => "",
-    }
 }

@@ -1,6 +1,7 @@
 //! The gains as JSON: every field of the report, then the model and the settings of both nodes.
 
-use crate::report::{Document, ModeGains, Report, Verdict, line_per_field, rows, scalar_name};
+use super::{Emission, Standing};
+use crate::json::{joined, line_per_field, rows};
 use serde::Serialize;
 
 /// Name of the format; a reader that does not find it has another kind of file.
@@ -9,11 +10,13 @@ const FORMAT: &str = "slqg-gains";
 const FORMAT_VERSION: u32 = 1;
 
 #[derive(Serialize)]
-struct Gains<'r> {
+struct Head {
     format: &'static str,
     format_version: u32,
-    #[serde(flatten)]
-    report: Document<'r>,
+}
+
+#[derive(Serialize)]
+struct Gains<'r> {
     /// As [`super::design_id`], in hexadecimal.
     design_id: String,
     /// Whether it was written although its `verdict` is not `stable`: `failed_conditions` says what is not shown.
@@ -41,16 +44,14 @@ struct Model<'r> {
     initial_covariance: Vec<Vec<f64>>,
 }
 
-pub(super) fn document(report: &Report) -> String {
-    let (plant, settings) = (&report.design.plant, &report.design.controller);
-    line_per_field(&Gains {
-        format: FORMAT,
-        format_version: FORMAT_VERSION,
-        report: Document::of(report, ModeGains::Small),
-        design_id: super::design_id(&report.design).to_string(),
-        accepted_undecided_stability: report.task.is_none() && report.verdict() != Verdict::Stable,
+pub(super) fn document(emission: &Emission<'_>) -> String {
+    let (plant, settings) = (&emission.design.plant, &emission.design.controller);
+    let head = line_per_field(&Head { format: FORMAT, format_version: FORMAT_VERSION });
+    let gains = line_per_field(&Gains {
+        design_id: super::design_id(emission.design).to_string(),
+        accepted_undecided_stability: matches!(emission.standing, Standing::Accepted { .. }),
         sample_time: plant.sample_time,
-        scalar: scalar_name(settings.scalar),
+        scalar: settings.scalar.name(),
         measurement_buffer: settings.measurement_buffer,
         input_limits: settings.input_limits.as_deref(),
         model: Model {
@@ -62,5 +63,6 @@ pub(super) fn document(report: &Report) -> String {
             initial_mean: plant.initial_mean.as_slice(),
             initial_covariance: rows(&plant.initial_covariance),
         },
-    })
+    });
+    joined(&[&head, &emission.figures.to_json(), &gains])
 }

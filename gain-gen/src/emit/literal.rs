@@ -2,7 +2,6 @@
 
 use super::EmitError;
 use crate::design::DeviceScalar;
-use crate::report::scalar_name;
 use nalgebra::DMatrix;
 
 /// Width of a line of numbers.
@@ -55,7 +54,7 @@ impl Table {
             DeviceScalar::F32 => "choose other units or controller.scalar = \"f64\"",
             DeviceScalar::F64 => "choose other units",
         };
-        EmitError::OutOfRange { table: self.name, value, scalar: scalar_name(self.scalar), advice }
+        EmitError::OutOfRange { table: self.name, value, scalar: self.scalar.name(), advice }
     }
 
     /// `values` in lines of `indent` spaces, each number followed by a comma; a new line for every `row` numbers.

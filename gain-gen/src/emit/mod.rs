@@ -1,13 +1,15 @@
 //! A solved design as files: Rust or C source or bytes for the device, or JSON for anything else.
 //!
 //! What is written depends on the design and the name of the file alone: no date, no path, no name of a machine.
-//! Only loops that are shown to be stable and tasks of finite length are written, others where that was accepted, and files are replaced only by complete new ones.
+//! What may be written is an [`Emission`], which a report has only of loops that are shown to be stable, of tasks of finite length, and
+//! of others where that was accepted. Files are replaced only by complete new ones.
 //!
-//! One module per format (`rust`, `c`, `json`, `blob`); `error` says why nothing is written, `literal` spells numbers,
+//! One module per format (`rust`, `c`, `json`, `blob`); `emission` is what they take, `error` says why one does not, `literal` spells numbers,
 //! `standing` says what is proved of the loop, `identity` says which design they belong to, `files` puts them on the disk.
 
 mod blob;
 mod c;
+mod emission;
 mod error;
 mod files;
 mod identity;
@@ -16,11 +18,12 @@ mod literal;
 mod rust;
 mod standing;
 
+pub use emission::{Emission, Figures, TaskGains};
 pub use error::EmitError;
 pub use files::{File, WriteError, write, write_all};
 pub use identity::design_id;
+pub use standing::Standing;
 
-use crate::report::Report;
 use std::path::Path;
 
 /// A format that is one text.
@@ -32,34 +35,23 @@ pub enum Format {
     Json,
 }
 
-/// The text of `report` in `format`. `origin` is the name of the design file, without folders.
+/// The text of `emission` in `format`. `origin` is the name of the design file, without folders.
 ///
 /// # Errors
-/// The loop is not shown to be stable and that was not accepted, or a number does not fit the device's scalar.
-pub fn emit(report: &Report, origin: &str, format: Format) -> Result<String, EmitError> {
-    writable(report)?;
+/// A number does not fit the device's scalar, or no device runs the design.
+pub fn emit(emission: &Emission<'_>, origin: &str, format: Format) -> Result<String, EmitError> {
     match format {
         Format::Rust => {
-            runs_on_a_device(report, "rust")?;
-            rust::source(report, origin)
+            runs_on_a_device(emission, "rust")?;
+            rust::source(emission, origin)
         }
-        Format::Json => Ok(json::document(report)),
+        Format::Json => Ok(json::document(emission)),
     }
-}
-
-/// A loop that runs for ever must be shown to be stable, or accepted without, and know its preview; a task that ends needs neither. Frames must fit either way.
-fn writable(report: &Report) -> Result<(), EmitError> {
-    report.design.misfit().map_or(Ok(()), Err)?;
-    if report.task.is_none() {
-        report.require_emittable()?;
-        report.require_preview()?;
-    }
-    Ok(())
 }
 
 /// Whether a device can run a controller for the plant.
-fn runs_on_a_device(report: &Report, format: &'static str) -> Result<(), EmitError> {
-    let states = report.design.plant.states();
+fn runs_on_a_device(emission: &Emission<'_>, format: &'static str) -> Result<(), EmitError> {
+    let states = emission.design.plant.states();
     if states > slqg::estimator::MOST_STATES {
         Err(EmitError::TooManyStates { states, format })
     } else {
@@ -68,17 +60,17 @@ fn runs_on_a_device(report: &Report, format: &'static str) -> Result<(), EmitErr
 }
 
 /// Whether a format that carries one law and nothing else carries all of the design.
-fn law_alone(report: &Report, format: &'static str) -> Result<(), EmitError> {
-    if report.design.tracking.is_some() {
+fn law_alone(emission: &Emission<'_>, format: &'static str) -> Result<(), EmitError> {
+    if emission.design.tracking.is_some() {
         return Err(EmitError::LawAlone { key: "tracking", format, missing: "the feedforward" });
     }
-    if report.design.event.is_some() {
+    if emission.design.event.is_some() {
         return Err(EmitError::LawAlone { key: "event", format, missing: "the decision whether to send" });
     }
-    if report.design.wire.steps().is_some() {
+    if emission.design.wire.steps().is_some() {
         return Err(EmitError::LawAlone { key: "wire", format, missing: "the rounding of the inputs" });
     }
-    match report.task {
+    match emission.task {
         None => Ok(()),
         Some(_) => Err(EmitError::TimeVarying { format }),
     }
@@ -115,24 +107,23 @@ impl<'p> Output<'p> {
         Self(Kind::Blob(path))
     }
 
-    /// The files for `report`, to be written together. `origin` is the name of the design file, without folders.
+    /// The files for `emission`, to be written together. `origin` is the name of the design file, without folders.
     ///
     /// # Errors
-    /// The loop is not shown to be stable and that was not accepted, a number does not fit the device's scalar, or the format does not carry all of the design.
-    pub fn files(&self, report: &Report, origin: &str) -> Result<Vec<File>, EmitError> {
-        writable(report)?;
+    /// A number does not fit the device's scalar, no device runs the design, or the format does not carry all of it.
+    pub fn files(&self, emission: &Emission<'_>, origin: &str) -> Result<Vec<File>, EmitError> {
         Ok(match &self.0 {
             Kind::Text(format, path) => {
-                vec![File { path: path.into(), content: emit(report, origin, *format)?.into() }]
+                vec![File { path: path.into(), content: emit(emission, origin, *format)?.into() }]
             }
             Kind::C(names) => {
-                law_alone(report, "c")?;
-                c::files(report, origin, names)?.into()
+                law_alone(emission, "c")?;
+                c::files(emission, origin, names)?.into()
             }
             Kind::Blob(path) => {
-                law_alone(report, "blob")?;
-                runs_on_a_device(report, "blob")?;
-                vec![File { path: path.into(), content: blob::bytes(report)? }]
+                law_alone(emission, "blob")?;
+                runs_on_a_device(emission, "blob")?;
+                vec![File { path: path.into(), content: blob::bytes(emission)? }]
             }
         })
     }

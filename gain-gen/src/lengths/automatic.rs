@@ -19,7 +19,7 @@
 //! lengths are tried one after the other.
 
 use crate::design::{Design, LONGEST_SEQUENCE};
-use crate::report::figure;
+use crate::figure::figure;
 use crate::solve::{LoopProblem, Method, solve};
 use crate::stability;
 use slqg::DefaultInput;

@@ -1,15 +1,13 @@
 //! What a design comes to: gains, the stability verdict and the figures behind it.
 //!
-//! [`Report`] holds them all; `text` and `json` only write them down, and so does [`crate::emit`].
+//! [`Report`] holds them all; `text` and `json` only write them down.
 //! `condition` says which condition for stability fails or is open, `verdict` what they come to, `channel` what a link that comes and goes adds, `task` what a task of
-//! finite length adds, `rounding` what counted values cost, `names` how things are
-//! called in files, `paragraph` breaks long sentences.
+//! finite length adds, `rounding` what counted values cost, `emission` what of it is emitted.
 
 mod channel;
 mod condition;
+mod emission;
 mod json;
-mod names;
-mod paragraph;
 mod rounding;
 mod task;
 mod text;
@@ -31,11 +29,8 @@ use nalgebra::DMatrix;
 pub use channel::ChannelDesigns;
 pub(crate) use condition::failed;
 pub use condition::{FailedCondition, NotStabilised};
-pub(crate) use figure::{counted, figure, grouped, percent};
-pub(crate) use json::{Document, line_per_field, rows, triangles};
+pub use emission::NotEmittable;
 pub use json::{MOST_MODE_GAINS, ModeGains};
-pub(crate) use names::{default_input_name, estimator_name, scalar_name};
-pub(crate) use paragraph::wrapped;
 pub use task::{LONGEST_TASK, NoTask};
 pub use verdict::Verdict;
 

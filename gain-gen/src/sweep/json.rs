@@ -1,7 +1,6 @@
 //! The sweep as one JSON object; its fields are part of the stable command line.
 
 use super::Sweep;
-use crate::report::default_input_name;
 use serde::Serialize;
 
 /// Both default inputs in one table.
@@ -44,14 +43,14 @@ impl Sweep {
             table_bytes: self.bytes(figures.table_floats),
             coupled_table_floats: figures.coupled_table_floats,
             coupled_table_bytes: self.bytes(figures.coupled_table_floats),
-            default_input: default_input_name(figures.default_input),
+            default_input: figures.default_input.name(),
             verdict: figures.verdict.name(),
             relative_cost: self.relative_cost(figures),
         };
         let document = Document {
             name: &self.name,
             default_input: match self.default_inputs[..] {
-                [input] => default_input_name(input),
+                [input] => input.name(),
                 _ => BOTH,
             },
             results: self.results.iter().map(entry).collect(),

@@ -1,7 +1,6 @@
 //! The sweep as a picture: cost, rate and size of the tables over the length, one below the other, as SVG.
 
 use super::{LengthFigures, Sweep};
-use crate::report::default_input_name;
 use plotters::{
     backend::SVGBackend,
     chart::{ChartBuilder, SeriesLabelPosition},
@@ -102,8 +101,8 @@ impl Sweep {
             let points = own.map(|figures| (figures.sequence_length, value(figures)));
             points.filter(|(_, value)| value.is_finite()).collect()
         };
-        let named = |&input| Series {
-            name: format!("{prefix}default input {}", default_input_name(input)),
+        let named = |&input: &DefaultInput| Series {
+            name: format!("{prefix}default input {}", input.name()),
             points: of(input),
         };
         self.default_inputs.iter().map(named).collect()

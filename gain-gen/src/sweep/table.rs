@@ -1,7 +1,7 @@
 //! The sweep as a table for people: one line per length and default input.
 
 use super::Sweep;
-use crate::report::{default_input_name, figure, grouped, scalar_name};
+use crate::figure::{figure, grouped};
 use core::fmt::{self, Display, Formatter};
 
 /// Heads of the columns and their widths. The length and the default input before them are set apart.
@@ -15,19 +15,19 @@ const COLUMNS: [(&str, usize); 5] = [
 
 impl Display for Sweep {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        let inputs: Vec<_> = self.default_inputs.iter().map(|&input| default_input_name(input)).collect();
+        let inputs: Vec<_> = self.default_inputs.iter().map(|&input| input.name()).collect();
         writeln!(
             f,
             "{}: default input {}, tables in {}\n",
             self.name.escape_debug(),
             inputs.join(" and "),
-            scalar_name(self.scalar)
+            self.scalar.name()
         )?;
         write!(f, "{:>5}  {:<8}{:<10}", "N", "default", "verdict")?;
         COLUMNS.iter().try_for_each(|(head, width)| write!(f, "{head:>width$}"))?;
         writeln!(f)?;
         for figures in &self.results {
-            let (length, input) = (figures.sequence_length, default_input_name(figures.default_input));
+            let (length, input) = (figures.sequence_length, figures.default_input.name());
             write!(f, "{length:>5}  {input:<8}{:<10}", figures.verdict.name())?;
             let relative = self.relative_cost(figures);
             let cells = [

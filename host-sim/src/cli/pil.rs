@@ -136,7 +136,8 @@ fn replacement(
         .map_err(|error| refused(&error, &design, path))?;
     let report = Report::new(&design, Method::InFlight);
     // Of one file, whose path says nothing.
-    let files = Output::blob(path).files(&report, "").map_err(|error| wrong(path, &error))?;
+    let emission = report.emission().map_err(|error| wrong(path, &error))?;
+    let files = Output::blob(path).files(&emission, "").map_err(|error| wrong(path, &error))?;
     let blob = files.into_iter().flat_map(|file| file.content).collect();
     let format = |Design { controller, .. }: &Design| {
         (controller.sequence_length, controller.default_input, controller.scalar)

@@ -46,4 +46,13 @@ impl Merging {
             Self::Imm | Self::Gpb2 => length + 1,
         }
     }
+
+    /// As in design files and in JSON.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Single => "single",
+            Self::Imm => "imm",
+            Self::Gpb2 => "gpb2",
+        }
+    }
 }

@@ -3,8 +3,8 @@
 use super::{Names, comment, generated};
 use crate::design::DeviceScalar;
 use crate::emit::literal::Table;
-use crate::emit::{EmitError, standing};
-use crate::report::{Report, counted, figure, scalar_name};
+use crate::emit::{Emission, EmitError};
+use crate::figure::{counted, figure};
 use slqg::DefaultInput;
 
 /// The form of `slqg_law.h` that headers are written for.
@@ -33,21 +33,21 @@ const USE: &str = " * Once, for `static @law@_state law;`:
  * -msse2 -mfpmath=sse on 32-bit x86. It does not compile with -ffast-math.
 ";
 
-/// The header for `report`.
-pub(super) fn text(report: &Report, origin: &str, names: &Names) -> Result<String, EmitError> {
+/// The header for `emission`.
+pub(super) fn text(emission: &Emission<'_>, origin: &str, names: &Names) -> Result<String, EmitError> {
     let text = format!(
         "{law}{USE} */\n\n{sizes}\n{declarations}\n{tables}#endif\n",
-        law = law(report),
-        sizes = sizes(report),
-        declarations = declarations(report),
-        tables = tables(report)?,
+        law = law(emission),
+        sizes = sizes(emission),
+        declarations = declarations(emission),
+        tables = tables(emission)?,
     );
     // Names that are not ours stay out of the replacements.
     let first = format!(
         "/*\n * {}\n * {}.c compiles the law under the names of this header: slqg_law.c, with its sizes and tables.\n *\n{} *\n",
-        generated(report, origin),
+        generated(emission, origin),
         comment(&names.stem),
-        standing::lines(report).iter().map(|line| format!(" * {}\n", comment(line))).collect::<String>()
+        emission.standing.lines().iter().map(|line| format!(" * {}\n", comment(line))).collect::<String>()
     );
     Ok(first + &names.fill(&text))
 }
@@ -60,10 +60,10 @@ fn c_scalar(scalar: DeviceScalar) -> &'static str {
 }
 
 /// What is computed, with shapes, units, rate and cost.
-fn law(report: &Report) -> String {
-    let (law, plant) = (&report.solution.law, &report.design.plant);
-    let scalar = report.design.controller.scalar;
-    let decay = report.time_constant().map_or("none".into(), |steps| {
+fn law(emission: &Emission<'_>) -> String {
+    let (law, plant) = (emission.law, &emission.design.plant);
+    let scalar = emission.design.controller.scalar;
+    let decay = emission.time_constant.map_or("none".into(), |steps| {
         format!("{} cycles ({} s)", figure(steps), figure(steps * plant.sample_time))
     });
     let numbers = law.table_floats();
@@ -90,10 +90,10 @@ fn law(report: &Report) -> String {
  * time constant {decay}; the long-run cost is {cost} per cycle.
  *
 ",
-        scalar = scalar_name(scalar),
+        scalar = scalar.name(),
         c_scalar = c_scalar(scalar),
         states = counted(plant.states(), "state"),
-        in_flight = counted(report.in_flight() * plant.inputs(), "input"),
+        in_flight = counted(emission.in_flight() * plant.inputs(), "input"),
         inputs = counted(plant.inputs(), "input"),
         cycles = counted(law.length, "cycle"),
         rows = law.lx.nrows(),
@@ -102,14 +102,14 @@ fn law(report: &Report) -> String {
         arrivals = counted(law.arrival.len(), "number"),
         bytes = numbers * scalar_bytes,
         numbers = counted(numbers, "number"),
-        rate = figure(report.solution.mean_square_rate),
+        rate = figure(emission.mean_square_rate),
         time = figure(plant.sample_time),
-        cost = figure(report.control_cost()),
+        cost = figure(emission.control_cost),
     )
 }
 
-fn sizes(report: &Report) -> String {
-    let plant = &report.design.plant;
+fn sizes(emission: &Emission<'_>) -> String {
+    let plant = &emission.design.plant;
     format!(
         "\
 #ifndef @LAW@_H
@@ -130,18 +130,18 @@ fn sizes(report: &Report) -> String {
 ",
         states = plant.states(),
         inputs = plant.inputs(),
-        length = report.solution.law.length,
-        default = match report.solution.law.default_input {
+        length = emission.law.length,
+        default = match emission.law.default_input {
             DefaultInput::Zero => "zero",
             DefaultInput::Hold => "the one applied last",
         },
         time = plant.sample_time,
-        design = super::design_id(&report.design),
+        design = super::design_id(emission.design),
     )
 }
 
 /// What `slqg_law.h` is told of the design, which then declares its types and functions.
-fn declarations(report: &Report) -> String {
+fn declarations(emission: &Emission<'_>) -> String {
     format!(
         "\
 /* Declares the types @law@_packet and @law@_state, and the functions @law@_init, @law@_acknowledge, @law@_sequence,
@@ -156,15 +156,15 @@ fn declarations(report: &Report) -> String {
 #define SLQG_LAW_FORM_EXPECTED {FORM}u
 #include \"slqg_law.h\"
 ",
-        scalar = c_scalar(report.design.controller.scalar),
-        hold = u8::from(report.solution.law.default_input == DefaultInput::Hold),
-        limits = u8::from(report.design.controller.input_limits.is_some()),
+        scalar = c_scalar(emission.design.controller.scalar),
+        hold = u8::from(emission.law.default_input == DefaultInput::Hold),
+        limits = u8::from(emission.design.controller.input_limits.is_some()),
     )
 }
 
 /// The constants that a law has: arrays of no numbers are left out.
-fn tables(report: &Report) -> Result<String, EmitError> {
-    let (law, settings) = (&report.solution.law, &report.design.controller);
+fn tables(emission: &Emission<'_>) -> Result<String, EmitError> {
+    let (law, settings) = (emission.law, &emission.design.controller);
     let (scalar, c_scalar) = (settings.scalar, c_scalar(settings.scalar));
     let mut text = format!(
         "/* For slqg_law.c alone. */\n\
@@ -173,7 +173,7 @@ fn tables(report: &Report) -> Result<String, EmitError> {
          static const {c_scalar} @law@_lx[SLQG_LAW_LENGTH * SLQG_LAW_INPUTS][SLQG_LAW_STATES] = {};\n\n",
         Table { name: "Lx", scalar }.c_rows(&law.lx)?
     );
-    if report.in_flight() > 0 {
+    if emission.in_flight() > 0 {
         text.push_str(&format!(
             "/* M: inputs of the sequence by expected inputs, cycle by cycle. */\n\
              static const {c_scalar} @law@_m[SLQG_LAW_LENGTH * SLQG_LAW_INPUTS][SLQG_LAW_IN_FLIGHT * SLQG_LAW_INPUTS] = {};\n\n",

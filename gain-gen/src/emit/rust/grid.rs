@@ -1,15 +1,14 @@
 //! What values are counted in on classic CAN, as Rust source: two [`slqg::wire::can::Grid`]s.
 
 use super::storage;
-use crate::emit::EmitError;
 use crate::emit::literal::Table;
-use crate::report::Report;
+use crate::emit::{Emission, EmitError};
 use nalgebra::DMatrix;
 
 /// The grids; `None` if the design does not count its values.
-pub(super) fn grids(report: &Report) -> Result<Option<String>, EmitError> {
-    let Some(steps) = report.design.wire.steps() else { return Ok(None) };
-    let scalar = report.design.controller.scalar;
+pub(super) fn grids(emission: &Emission<'_>) -> Result<Option<String>, EmitError> {
+    let Some(steps) = emission.design.wire.steps() else { return Ok(None) };
+    let scalar = emission.design.controller.scalar;
     let column = |name, steps: &[f64]| {
         storage(Table { name, scalar }, &DMatrix::from_column_slice(steps.len(), 1, steps), 4)
     };

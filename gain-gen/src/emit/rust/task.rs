@@ -1,17 +1,17 @@
 //! Time-varying gains of a task as Rust source: one checked [`slqg::gains::Gains`] a cycle.
 
 use super::{PER_LINE, default_input};
-use crate::emit::EmitError;
 use crate::emit::literal::Table;
-use crate::report::{Report, figure};
-use crate::solve::FiniteHorizon;
+use crate::emit::{Emission, EmitError, TaskGains};
+use crate::figure::figure;
 
 /// What stands where a steady-state design has its one law.
-pub(super) fn gains(report: &Report, task: &FiniteHorizon) -> Result<String, EmitError> {
-    let scalar = report.design.controller.scalar;
-    let arrival = &task.laws[0].arrival;
+pub(super) fn gains(emission: &Emission<'_>, task: &TaskGains<'_>) -> Result<String, EmitError> {
+    let horizon = task.gains;
+    let scalar = emission.design.controller.scalar;
+    let arrival = &horizon.laws[0].arrival;
     let mut laws = String::new();
-    for law in &task.laws {
+    for law in &horizon.laws {
         laws.push_str(&format!(
             "    slqg::gains::Gains::<Scalar, STATES, INPUTS>::new(
         SEQUENCE_LENGTH,
@@ -25,12 +25,13 @@ pub(super) fn gains(report: &Report, task: &FiniteHorizon) -> Result<String, Emi
         }},
     ),
 ",
-            default = default_input(report),
+            default = default_input(emission),
             lx = Table { name: "Lx", scalar }.rows(&law.lx, 16)?,
             m = Table { name: "M", scalar }.rows(&law.m, 16)?,
         ));
     }
-    let (rows, states, expected) = (task.laws[0].lx.nrows(), task.laws[0].lx.ncols(), task.laws[0].m.ncols());
+    let (rows, states, expected) =
+        (horizon.laws[0].lx.nrows(), horizon.laws[0].lx.ncols(), horizon.laws[0].m.ncols());
     Ok(format!(
         "\
 /// Cycles of the task.
@@ -52,10 +53,10 @@ static ARRIVAL: [Scalar; {arrivals}] = [
 pub static HORIZON: [slqg::gains::Gains<'static, Scalar, STATES, INPUTS>; CYCLES] = [
 {laws}];
 ",
-        cycles = task.laws.len(),
+        cycles = horizon.laws.len(),
         arrivals = arrival.len(),
         arrival = Table { name: "r", scalar }.lines(arrival, PER_LINE, 4)?,
-        ahead = if task.tracked.is_some() { " and the reference ahead," } else { "" },
-        cost = figure(report.task_cost().unwrap_or(f64::NAN)),
+        ahead = if horizon.tracked.is_some() { " and the reference ahead," } else { "" },
+        cost = figure(task.cost),
     ))
 }

@@ -2,15 +2,15 @@
 
 use super::{default_input, storage};
 use crate::design::{Goal, SetPoint};
-use crate::emit::EmitError;
 use crate::emit::literal::Table;
-use crate::report::{Report, counted, figure, percent};
-use crate::solve::{FiniteHorizon, PreviewGains};
+use crate::emit::{Emission, EmitError, TaskGains};
+use crate::figure::{counted, figure, percent};
+use crate::solve::PreviewGains;
 use nalgebra::DMatrix;
 
 /// The preview gains, and where the design has one the set point; `None` if it follows no reference.
-pub(super) fn preview(report: &Report) -> Result<Option<String>, EmitError> {
-    let (Some(tracking), Some(Ok(gains))) = (&report.design.tracking, &report.preview) else {
+pub(super) fn preview(emission: &Emission<'_>) -> Result<Option<String>, EmitError> {
+    let (Some(tracking), Some(gains)) = (&emission.design.tracking, emission.preview) else {
         return Ok(None);
     };
     let mut text = format!(
@@ -26,7 +26,7 @@ pub const PREVIEW_SAMPLES: usize = {samples};
     );
     let use_of_it = match &tracking.goal {
         Goal::SetPoint(point) => {
-            text.push_str(&set_point(report, point)?);
+            text.push_str(&set_point(emission, point)?);
             let cost = figure(gains.standing_cost.unwrap_or(f64::NAN));
             format!(
                 "A reference that stands still is one sample: see [`SET_POINT`]. To stand there costs {cost} per cycle, on
@@ -40,14 +40,14 @@ pub const PREVIEW_SAMPLES: usize = {samples};
             tail = percent(gains.tail),
         ),
     };
-    Ok(Some(text + &constant(report, gains, &use_of_it)?))
+    Ok(Some(text + &constant(emission, gains, &use_of_it)?))
 }
 
-fn constant(report: &Report, gains: &PreviewGains, use_of_it: &str) -> Result<String, EmitError> {
-    let scalar = report.design.controller.scalar;
+fn constant(emission: &Emission<'_>, gains: &PreviewGains, use_of_it: &str) -> Result<String, EmitError> {
+    let scalar = emission.design.controller.scalar;
     let table = Table { name: "preview gains", scalar };
     let (rows, columns) = gains.sequence.shape();
-    let (worth, displaced) = if report.trigger.is_some() {
+    let (worth, displaced) = if emission.trigger.is_some() {
         let worth =
             format!(", {} x {columns}, is what the inputs in flight are worth", gains.displaced.nrows());
         (format!("{worth} towards it, for [`TRIGGER`]"), table.rows(&gains.displaced, 16)?)
@@ -79,13 +79,13 @@ pub static PREVIEW: slqg::tracking::Preview<'static, Scalar, INPUTS> =
         }},
     );
 ",
-        default = default_input(report),
+        default = default_input(emission),
         sequence = table.rows(&gains.sequence, 16)?,
     ))
 }
 
-fn set_point(report: &Report, point: &SetPoint) -> Result<String, EmitError> {
-    let table = Table { name: "tracking.set_point", scalar: report.design.controller.scalar };
+fn set_point(emission: &Emission<'_>, point: &SetPoint) -> Result<String, EmitError> {
+    let table = Table { name: "tracking.set_point", scalar: emission.design.controller.scalar };
     let value = DMatrix::from_column_slice(point.value.len(), 1, point.value.as_slice());
     Ok(format!(
         "\
@@ -101,9 +101,12 @@ pub const SET_POINT: slqg::nalgebra::SVector<Scalar, TRACKED_OUTPUTS> =
 }
 
 /// The feedforward of each cycle of a task; `None` if it follows no reference.
-pub(super) fn feedforward(report: &Report, task: &FiniteHorizon) -> Result<Option<String>, EmitError> {
-    let Some(tracked) = &task.tracked else { return Ok(None) };
-    let table = Table { name: "feedforward", scalar: report.design.controller.scalar };
+pub(super) fn feedforward(
+    emission: &Emission<'_>,
+    task: &TaskGains<'_>,
+) -> Result<Option<String>, EmitError> {
+    let Some(tracked) = &task.gains.tracked else { return Ok(None) };
+    let table = Table { name: "feedforward", scalar: emission.design.controller.scalar };
     let mut rows = String::new();
     for inputs in &tracked.feedforward {
         rows.push_str(&format!("    [\n{}    ],\n", table.lines(inputs.as_slice(), inputs.len(), 8)?));
@@ -117,8 +120,8 @@ pub(super) fn feedforward(report: &Report, task: &FiniteHorizon) -> Result<Optio
 pub static FEEDFORWARD: [[Scalar; SEQUENCE_LENGTH * INPUTS]; CYCLES] = [
 {rows}];
 ",
-        length = counted(report.solution.law.length, "input"),
-        surprise = match report.surprise_cost() {
+        length = counted(emission.law.length, "input"),
+        surprise = match task.surprise_cost {
             Some(cost) if cost > 0.0 => format!(
                 "///
 /// If in each cycle the reference was taken to stay as it is, the task would cost {} more.

@@ -1,20 +1,20 @@
 //! What sending a packet is worth, as Rust source: a checked [`slqg::event::Trigger`].
 
 use super::default_input;
-use crate::emit::EmitError;
 use crate::emit::literal::Table;
-use crate::report::{Report, triangles};
+use crate::emit::{Emission, EmitError};
+use crate::json::triangles;
 
 /// The trigger; `None` if the design sends in every cycle.
-pub(super) fn trigger(report: &Report) -> Result<Option<String>, EmitError> {
-    let (Some(event), Some(tables)) = (report.design.event, &report.trigger) else { return Ok(None) };
-    let scalar = report.design.controller.scalar;
+pub(super) fn trigger(emission: &Emission<'_>) -> Result<Option<String>, EmitError> {
+    let (Some(event), Some(tables)) = (emission.design.event, emission.trigger) else { return Ok(None) };
+    let scalar = emission.design.controller.scalar;
     let send_cost = Table { name: "event.send_cost", scalar };
     // A price that rounds to zero would send always.
     send_cost.nonzero(event.send_cost)?;
     let table = Table { name: "event trigger", scalar };
-    let (states, inputs) = (report.design.plant.states(), report.design.plant.inputs());
-    let (length, expected) = (report.solution.law.length, report.in_flight());
+    let (states, inputs) = (emission.design.plant.states(), emission.design.plant.inputs());
+    let (length, expected) = (emission.law.length, emission.in_flight());
     let symmetric = |values: &[f64], sizes: &mut dyn Iterator<Item = usize>| -> Result<String, EmitError> {
         triangles(values, sizes).iter().flatten().map(|row| table.lines(row, row.len(), 16)).collect()
     };
@@ -49,7 +49,7 @@ pub static TRIGGER: slqg::event::Trigger<'static, Scalar, STATES, INPUTS> =
         price = send_cost.number(event.send_cost)?,
         columns = expected * inputs,
         rows = length * inputs,
-        default = default_input(report),
+        default = default_input(emission),
         state = table.lines(&tables.state, expected * inputs, 16)?,
         in_flight = symmetric(&tables.in_flight, &mut (1..=expected).rev().map(|left| left * inputs))?,
         sequence = symmetric(&tables.sequence, &mut std::iter::once(length * inputs))?,

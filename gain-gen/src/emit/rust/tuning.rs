@@ -1,15 +1,14 @@
 //! What a device needs that solves its own gains, as Rust source: a [`slqg::tuning::Basis`].
 
 use super::{PER_LINE, default_input};
-use crate::emit::EmitError;
 use crate::emit::literal::Table;
-use crate::report::Report;
+use crate::emit::{Emission, EmitError};
 use crate::solve::LoopProblem;
 
 /// Cost and link; `None` if the design has tables that would not follow the link, and no tuner takes it.
-pub(super) fn basis(report: &Report) -> Result<Option<String>, EmitError> {
-    let design = &report.design;
-    if report.task.is_some() || design.tracking.is_some() || design.event.is_some() {
+pub(super) fn basis(emission: &Emission<'_>) -> Result<Option<String>, EmitError> {
+    let design = emission.design;
+    if emission.task.is_some() || design.tracking.is_some() || design.event.is_some() {
         return Ok(None);
     }
     let table = |name| Table { name, scalar: design.controller.scalar };
@@ -54,6 +53,6 @@ pub type Tuner<'memory> =
             PER_LINE,
             8
         )?,
-        default = default_input(report),
+        default = default_input(emission),
     )))
 }

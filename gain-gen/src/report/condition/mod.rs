@@ -4,7 +4,7 @@
 
 mod sentence;
 
-use super::{Verdict, default_input_name};
+use super::Verdict;
 use crate::design::{Acknowledgement, Behaviour, Design};
 use crate::estimation::{EstimationVerdict, Sight};
 use crate::solve::{LoopProblem, Outcome, Solution};
@@ -218,7 +218,7 @@ fn limits(design: &Design) -> Option<FailedCondition> {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error(
     "{name:?} with N = {length} and default input {} {}: {}",
-    default_input_name(*default_input),
+    default_input.name(),
     match verdict { Verdict::Undecided => "is not shown to be stable", _ => "cannot be stabilised" },
     sentence::spelled(conditions)
 )]

@@ -1,19 +1,18 @@
 //! The report as one JSON object; its fields are part of the stable command line.
 //!
 //! `optional` has the fields that are null for many designs, `mode_gains` the one that is for long sequences, `margins` the
-//! distances to instability, `layout` how text is broken into lines.
+//! distances to instability.
 
-mod layout;
 mod margins;
 mod mode_gains;
 mod optional;
 
-use super::{FailedCondition, Report, default_input_name, estimator_name};
+use super::{FailedCondition, Report};
 use crate::design::Acknowledgement;
 use crate::estimation::{ArrivalLimit, DecidingCycle};
+use crate::json::{Rows, line_per_field, rows, write_line_per_field};
 use crate::solve::LoopProblem;
 use crate::warnings::Warning;
-use layout::write_line_per_field;
 use margins::MarginFigures;
 use mode_gains::Spelled;
 use nalgebra::DMatrix;
@@ -21,12 +20,7 @@ use optional::{Channel, Event, Task, Tracking, Wire};
 use serde::Serialize;
 use std::io::{self, Write};
 
-pub(crate) use layout::line_per_field;
 pub use mode_gains::{MOST_MODE_GAINS, ModeGains};
-pub(crate) use optional::triangles;
-
-/// A matrix as JSON and scripts take it: a list of rows.
-pub(crate) type Rows = Vec<Vec<f64>>;
 
 /// The fields in their order. Numbers that are not finite become null.
 #[derive(Serialize)]
@@ -142,7 +136,7 @@ impl<'r> Document<'r> {
         Self {
             name: &report.design.name,
             sequence_length: law.length,
-            default_input: default_input_name(law.default_input),
+            default_input: law.default_input.name(),
             method: report.method.name(),
             converged: report.converged(),
             iterations: solution.iterations,
@@ -187,7 +181,7 @@ impl<'r> Document<'r> {
             task: Task::of(report),
             tracking: Tracking::of(report),
             event: Event::of(report),
-            estimator: estimator_name(report.design.controller.estimator),
+            estimator: report.design.controller.estimator.name(),
             acknowledged_cycles: (network.acknowledgement != Acknowledgement::None)
                 .then_some(network.acknowledged_cycles),
             warnings: report.warnings.iter().map(Warning::within_file).collect(),
@@ -216,9 +210,4 @@ impl Report {
             (LoopProblem::of(&self.design), self.solution.emitted_gains(self.design.controller.scalar));
         Some(self.certificate.as_ref()?.to_json(&self.design.name, &problem, &gains))
     }
-}
-
-/// The matrix as rows; a matrix without columns as empty rows.
-pub(crate) fn rows(matrix: &DMatrix<f64>) -> Rows {
-    matrix.row_iter().map(|row| row.iter().copied().collect()).collect()
 }

@@ -1,6 +1,6 @@
 //! The gains spelled out for every age of the buffer, which grow with the fourth power of the length.
 
-use super::rows;
+use crate::json::rows;
 use crate::solve::Solution;
 use serde::ser::{Serialize, SerializeSeq, Serializer};
 

@@ -10,8 +10,9 @@
 //!
 //! Symmetric matrices of the trigger are rows of their upper triangle: the first row is whole, the last one number.
 
-use super::{Report, Rows, rows};
+use super::Report;
 use crate::design::{Steps, WireSettings};
+use crate::json::{Rows, rows, triangles};
 use crate::solve::{Law, Outcome};
 use nalgebra::DMatrix;
 use serde::Serialize;
@@ -212,27 +213,5 @@ impl<'r> Wire<'r> {
             misfit: design.misfit().map(|misfit| misfit.to_string()),
             rounding,
         })
-    }
-}
-
-/// The rows of upper triangles that stand one after the other in `values`; `sizes`: rows of each.
-pub(crate) fn triangles(mut values: &[f64], sizes: impl IntoIterator<Item = usize>) -> Vec<Rows> {
-    let mut row = |length: usize| {
-        let (row, rest) = values.split_at(length);
-        values = rest;
-        row.to_vec()
-    };
-    sizes.into_iter().map(|size| (1..=size).rev().map(&mut row).collect()).collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::triangles;
-
-    #[test]
-    fn triangles_are_taken_apart_row_by_row() {
-        let found = triangles(&[1.0, 2.0, 3.0, 4.0], [2, 1]);
-        assert_eq!(found, [vec![vec![1.0, 2.0], vec![3.0]], vec![vec![4.0]]]);
-        assert!(triangles(&[], []).is_empty());
     }
 }

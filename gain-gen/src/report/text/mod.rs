@@ -8,8 +8,9 @@ mod optional;
 mod wire;
 
 use super::figure::{counted, duration, figure, grouped, percent};
-use super::{FailedCondition, Report, Verdict, default_input_name, estimator_name, scalar_name, wrapped};
+use super::{FailedCondition, Report, Verdict};
 use crate::design::{Acknowledgement, Behaviour, DeviceScalar, Link};
+use crate::paragraph::wrapped;
 use crate::solve::Outcome;
 use crate::stability::{Growth, growth};
 use core::fmt::{self, Display, Formatter};
@@ -29,7 +30,7 @@ impl Display for Report {
             self.design.name.escape_debug(),
             counted(settings.sequence_length, "input"),
             self.design.length_choice().map(|choice| format!(" ({choice})")).unwrap_or_default(),
-            default_input_name(settings.default_input)
+            settings.default_input.name()
         )?;
         self.plant(f)?;
         self.link(f)?;
@@ -248,7 +249,7 @@ impl Report {
                 format!("mean delay {mean}, {lost} lost, {cycles} in each")
             }
         };
-        let estimator = estimator_name(self.design.controller.estimator);
+        let estimator = self.design.controller.estimator.name();
         line(f, "acknowledgement", format!("{told}; estimator {estimator}"))?;
         if network.acknowledgement == Acknowledgement::Instant {
             return Ok(());
@@ -268,7 +269,7 @@ impl Report {
         };
         let law = &self.solution.law;
         let size = |floats: usize| format!("{} numbers, {} bytes", grouped(floats), grouped(floats * bytes));
-        writeln!(f, "\nTables on the device, {}", scalar_name(scalar))?;
+        writeln!(f, "\nTables on the device, {}", scalar.name())?;
         let rate = match scalar {
             DeviceScalar::F32 => format!("; mean-square rate {} with them", figure(self.emitted_rate)),
             DeviceScalar::F64 => String::new(),

@@ -1,0 +1,54 @@
+//! What is emitted: gains, the model of the plant and the settings of both nodes, with what is to be said of them.
+
+use super::standing::Standing;
+use crate::design::Design;
+use crate::solve::{FiniteHorizon, Law, PreviewGains, TriggerTables};
+
+/// A solved design that may be written; [`crate::report::Report::emission`] makes it.
+#[derive(Clone)]
+pub struct Emission<'r> {
+    /// Plant and noise, the settings of both nodes, and what the gains were computed from.
+    pub design: &'r Design,
+    /// The law of a loop that goes on.
+    pub law: &'r Law,
+    /// What a reference adds to it; `None` if the design follows none, or with a task.
+    pub preview: Option<&'r PreviewGains>,
+    /// What sending a packet is worth; `None` if the design sends in every cycle, or with a task.
+    pub trigger: Option<&'r TriggerTables>,
+    /// Time-varying gains in the place of the law.
+    pub task: Option<TaskGains<'r>>,
+    /// What is shown of the loop's stability.
+    pub standing: Standing,
+    /// Factor by which second moments change per cycle, with the state known.
+    pub mean_square_rate: f64,
+    /// Cycles in which they fall to 1/e; `None` if they do not fall.
+    pub time_constant: Option<f64>,
+    /// Long-run cost per cycle, with the state known.
+    pub control_cost: f64,
+    /// What JSON tells beside them.
+    pub figures: &'r dyn Figures,
+}
+
+impl Emission<'_> {
+    /// Expected inputs that the law takes, `n_v`.
+    pub(super) fn in_flight(&self) -> usize {
+        self.law.default_input.in_flight(self.law.length)
+    }
+}
+
+/// The gains of a task of finite length, and what it is expected to cost with the state known.
+#[derive(Debug, Clone, Copy)]
+pub struct TaskGains<'r> {
+    /// One law a cycle, and the feedforward where a reference is followed.
+    pub gains: &'r FiniteHorizon,
+    /// The terminal cost included.
+    pub cost: f64,
+    /// What it costs more if in each cycle the reference is taken to stay as it is; `None` if none is followed.
+    pub surprise_cost: Option<f64>,
+}
+
+/// Figures of a design for its JSON.
+pub trait Figures {
+    /// One JSON object with each field on its own line, and a newline at the end.
+    fn to_json(&self) -> String;
+}
