@@ -66,13 +66,8 @@ fn compile_design() {
         assert!(answer == "1", "SLQG_ACCEPT_UNDECIDED_STABILITY: found {answer:?}; give 1, or leave it out");
         compile = compile.accept_undecided_stability();
     }
-    let source = fs::read_to_string(compile.run()).expect("just written");
-    let design = Design::load(&path).unwrap_or_else(|error| panic!("{error}"));
-    // Generated for designs with a reference only.
-    let or_zero = |name: &str| match source.contains(&format!("pub const {name}:")) {
-        true => format!("super::design::{name}"),
-        false => "0".to_owned(),
-    };
+    let compiled = compile.run_for_more();
+    let design = &compiled.design;
     let dimensions = format!(
         "/// Which plant the gains are for.\n\
          pub const DESIGN_ID: slqg::blob::DesignId = slqg::blob::DesignId({:#010x});\n\
@@ -82,11 +77,11 @@ fn compile_design() {
          pub const PREVIEW_SAMPLES: usize = {};\n\
          /// Slices of a solution in a cycle, of a controller that tunes itself.\n\
          pub const SLICES: usize = {};\n",
-        design_id(&design).0,
-        or_zero("TRACKED_OUTPUTS"),
-        or_zero("PREVIEW_SAMPLES"),
+        design_id(design).0,
+        compiled.tracked_outputs,
+        compiled.preview_samples,
         slices(),
-    ) + &joining_model(&design);
+    ) + &joining_model(design);
     fs::write(folder("OUT_DIR").join("dimensions.rs"), dimensions).expect("OUT_DIR can be written");
 }
 
