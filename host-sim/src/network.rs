@@ -83,10 +83,9 @@ impl<T: SimScalar, const NU: usize, const NY: usize> Network<T, NU, NY> {
     fn change_link(&mut self) {
         if let (Some((cycle, other)), Way::Path(path)) =
             (&mut self.other, &mut self.ways[Role::Control as usize])
+            && *cycle == self.cycle
         {
-            if *cycle == self.cycle {
-                std::mem::swap(path, other);
-            }
+            std::mem::swap(path, other);
         }
     }
 
@@ -171,11 +170,11 @@ impl<T: SimScalar, const NU: usize, const NY: usize> Network<T, NU, NY> {
     /// Ends the current cycle.
     pub fn next_cycle(&mut self) {
         self.cycle += 1;
-        if let Way::Path(path) = &self.ways[Role::Control as usize] {
-            if let Some(state) = path.channel_state() {
-                self.channel.truncate(REMEMBERED - 1);
-                self.channel.push_front(state);
-            }
+        if let Way::Path(path) = &self.ways[Role::Control as usize]
+            && let Some(state) = path.channel_state()
+        {
+            self.channel.truncate(REMEMBERED - 1);
+            self.channel.push_front(state);
         }
         for role in [Role::Measurement, Role::Control] {
             if let Way::Path(path) = &mut self.ways[role as usize] {

@@ -78,10 +78,11 @@ impl Path {
     pub fn send(&mut self, packet: &[u8]) -> Fate {
         let Some(delay) = self.delay() else { return Fate::Lost };
         self.put(packet, delay);
-        if self.duplicates > 0.0 && self.random.random_bool(self.duplicates) {
-            if let Some(again) = self.delay() {
-                self.put(packet, again);
-            }
+        if self.duplicates > 0.0
+            && self.random.random_bool(self.duplicates)
+            && let Some(again) = self.delay()
+        {
+            self.put(packet, again);
         }
         Fate::Delayed(delay)
     }

@@ -41,7 +41,7 @@ fn a_disturbed_frame_costs_its_error_frame_and_is_sent_again() {
         } else if errors == 1 && events.len() == 1 {
             // Some bits of the first attempt, flag with echo, delimiter, intermission, then the frame.
             let lost = delivered - 132 * BIT - (12 + 8 + 3) * BIT;
-            assert!(lost % BIT == 0 && (1..=131).contains(&(lost / BIT)), "{lost}");
+            assert!(lost.is_multiple_of(BIT) && (1..=131).contains(&(lost / BIT)), "{lost}");
             repeated += 1;
         }
     }

@@ -7,7 +7,7 @@ use std::time::Instant;
 use crate::qemu::Qemu;
 use crate::toolchain::Toolchain;
 use crate::workspace::Workspace;
-use crate::{Result, examples, firmware, panics, pil, process, target_bench};
+use crate::{Result, examples, firmware, panics, pil, process, publication, target_bench};
 
 /// `cargo xtask test`. Stops at the first failure.
 pub(crate) fn test(workspace: &Workspace) -> Result<()> {
@@ -30,11 +30,14 @@ pub(crate) fn test(workspace: &Workspace) -> Result<()> {
             .args(["doc", "--quiet", "--workspace", "--no-deps"])
             .env("RUSTDOCFLAGS", "-D warnings"),
     )?;
+    step("compilers that dependencies need", || publication::compilers(workspace))?;
     command("tests", workspace.cargo().args(["test", "--workspace"]))?;
+    step("packages", || publication::package(workspace))?;
     let built = step("cross build", || match firmware::build(workspace, &toolchain)? {
         built if built.warned => Err("the compiler warns about code for the board".into()),
         built => Ok(built),
     })?;
+    step("core alone", || publication::core_alone(workspace, &toolchain))?;
     step("example on a CAN bus", || examples::check(workspace, &toolchain))?;
     step("no panic from received bytes", || panics::check(&built))?;
     step("board against host", || firmware::compare(workspace, &qemu, &built))?;

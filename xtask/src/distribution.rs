@@ -8,6 +8,7 @@ use std::env;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use crate::version::numbers;
 use crate::workspace::Workspace;
 use crate::{Result, packages, process};
 
@@ -107,11 +108,6 @@ fn belongs_to_active_toolchain(name: &str) -> bool {
     starts_with_any(&COMPILER) && !starts_with_any(&SETTINGS)
 }
 
-/// `1.85` and `1.85.0` as numbers that compare.
-fn numbers(version: &str) -> Vec<u32> {
-    version.split(['.', '-']).map_while(|part| part.parse().ok()).collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -128,12 +124,5 @@ mod tests {
         {
             assert!(!belongs_to_active_toolchain(name), "{name}");
         }
-    }
-
-    #[test]
-    fn versions_compare_as_numbers() {
-        assert!(numbers("1.85.0") >= numbers("1.85"));
-        assert!(numbers("1.100.0-nightly") > numbers("1.85"));
-        assert!(numbers("1.63.0") < numbers("1.85"));
     }
 }

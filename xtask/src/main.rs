@@ -22,12 +22,14 @@ mod packages;
 mod panics;
 mod pil;
 mod process;
+mod publication;
 mod qemu;
 mod size;
 mod solve_bench;
 mod sysroot;
 mod target_bench;
 mod toolchain;
+mod version;
 mod workspace;
 
 /// What went wrong, in words for whoever typed the command.

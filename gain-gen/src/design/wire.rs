@@ -71,12 +71,12 @@ impl WireSettings {
         let words =
             [("bytes", Format::Bytes), ("can-fd", Format::CanFd), ("can-classic", Format::CanClassic)];
         let format = format.choice(&words)?;
-        if format != Format::CanClassic {
-            if let Some(limits) = wire.optional("output_limits", "") {
-                let found = "found beside a format that does not round".to_string();
-                let allowed = "give it with format = \"can-classic\" only";
-                return Err(limits.reject_with(found, allowed.into()));
-            }
+        if format != Format::CanClassic
+            && let Some(limits) = wire.optional("output_limits", "")
+        {
+            let found = "found beside a format that does not round".to_string();
+            let allowed = "give it with format = \"can-classic\" only";
+            return Err(limits.reject_with(found, allowed.into()));
         }
         Ok(match format {
             Format::Bytes => Self::Bytes,

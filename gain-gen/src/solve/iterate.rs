@@ -168,7 +168,7 @@ pub(super) fn iterate(recursion: &mut impl Recursion, scale: f64, doomed: bool) 
             ending.outcome = Outcome::Unstable;
             return ending;
         }
-        if ending.iterations % SCALE_LOOK == 0 && recursion.is_out_of_scale() {
+        if ending.iterations.is_multiple_of(SCALE_LOOK) && recursion.is_out_of_scale() {
             return ending;
         }
         let due = look.max(recursion.memory());

@@ -127,10 +127,11 @@ fn into_file(
     resume: bool,
 ) -> Result<Vec<Entry>, Failure> {
     // Without an interrupted sweep there may be a finished one.
-    if resume && !part::part_path(output).exists() {
-        if let Some(entries) = part::finished(output, experiment)? {
-            return Ok(entries);
-        }
+    if resume
+        && !part::part_path(output).exists()
+        && let Some(entries) = part::finished(output, experiment)?
+    {
+        return Ok(entries);
     }
     let (mut part, mut entries) = Part::open(output, experiment, resume)?;
     let progress: ProgressBar = progress(experiment.rows(), "runs");

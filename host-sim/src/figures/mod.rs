@@ -93,7 +93,7 @@ macro_rules! example {
     ($name:literal) => {
         $crate::figures::design(
             concat!($name, ".toml"),
-            include_str!(concat!("../../../designs/", $name, ".toml")),
+            include_str!(concat!("../../designs/", $name, ".toml")),
         )
     };
 }

@@ -48,7 +48,7 @@ impl Rates {
     /// Bits that do not last whole nanoseconds; a data bit rate below the nominal one.
     pub fn new(bit_rate: u32, data_bit_rate: Option<u32>) -> Result<Self, RateError> {
         let whole = |rate: u32| {
-            let exact = rate > 0 && SECOND % Time::from(rate) == 0;
+            let exact = rate > 0 && SECOND.is_multiple_of(Time::from(rate));
             if exact { Ok(SECOND / Time::from(rate)) } else { Err(RateError::NotWhole(rate)) }
         };
         let data = data_bit_rate.unwrap_or(bit_rate);

@@ -75,10 +75,11 @@ impl Bus {
         for loser in (0..self.nodes.len()).filter(|&index| index != winner) {
             let node = &mut self.nodes[loser];
             let competes = node.ready().is_some_and(|since| since <= start);
-            if competes && node.head().is_some_and(|entry| entry.attempts == Attempts::Once) {
-                if let Some(entry) = node.take() {
-                    self.decide(&Entry { tries: entry.tries + 1, ..entry }, Fate::Aborted);
-                }
+            if competes
+                && node.head().is_some_and(|entry| entry.attempts == Attempts::Once)
+                && let Some(entry) = node.take()
+            {
+                self.decide(&Entry { tries: entry.tries + 1, ..entry }, Fate::Aborted);
             }
         }
         let Some(mut entry) = self.nodes[winner].take() else { return };

@@ -45,7 +45,7 @@ pub fn chi_square(x: f64, freedom: usize) -> f64 {
         return 1.0;
     }
     let half = x / 2.0;
-    let (start, shift) = if freedom % 2 == 0 { (0.0, 0.0) } else { (libm::erfc(half.sqrt()), 0.5) };
+    let (start, shift) = if freedom.is_multiple_of(2) { (0.0, 0.0) } else { (libm::erfc(half.sqrt()), 0.5) };
     let terms = (0..freedom / 2).map(|i| {
         let power = i as f64 + shift;
         (power * half.ln() - half - libm::lgamma(power + 1.0)).exp()
