@@ -28,6 +28,7 @@ use crate::design::{Design, DesignError, LONGEST_SEQUENCE};
 use crate::emit::{EmitError, Format, WriteError, emit, write};
 use crate::report::{LONGEST_TASK, NoTask, NotEmittable, Report};
 use crate::solve::Method;
+use crate::warnings::Warning;
 use slqg::DefaultInput;
 use std::path::{Path, PathBuf};
 
@@ -118,6 +119,8 @@ pub struct Compiled {
     pub tracked_outputs: usize,
     /// Samples of the reference that make a difference, `T`; 0 if none is followed.
     pub preview_samples: usize,
+    /// What makes no sense in the design.
+    pub warnings: Vec<Warning>,
 }
 
 impl Compile {
@@ -162,7 +165,8 @@ impl Compile {
 
     /// Compiles the design, relative to the package's folder, to a source in `OUT_DIR`, and returns its path.
     ///
-    /// Tells cargo to run the build script again when the design changes.
+    /// Tells cargo to run the build script again when the design changes, and what makes no sense in it as warnings
+    /// ([`crate::warnings`]).
     ///
     /// # Panics
     /// On a design that is wrong or not shown to be stable, with the message for whoever wrote it, and outside of a
@@ -183,7 +187,10 @@ impl Compile {
         };
         let design = folder("CARGO_MANIFEST_DIR").join(&self.design);
         println!("cargo:rerun-if-changed={}", design.display());
-        Self { design, ..self }.compiled_into(&folder("OUT_DIR")).unwrap_or_else(|error| panic!("{error}"))
+        let compiled = Self { design, ..self }.compiled_into(&folder("OUT_DIR"));
+        let compiled = compiled.unwrap_or_else(|error| panic!("{error}"));
+        compiled.warnings.iter().for_each(|warning| println!("cargo:warning={warning}"));
+        compiled
     }
 
     /// Compiles the design to a source in `folder`, and returns its path.
@@ -225,6 +232,7 @@ impl Compile {
             tracked_outputs: tracked.map_or(0, |(tracking, _)| tracking.outputs()),
             preview_samples: tracked.map_or(0, |(_, gains)| gains.samples),
             design: report.design,
+            warnings: report.warnings,
         })
     }
 

@@ -282,6 +282,31 @@ fn rounding_in_a_mirrored_entry_is_evened_out() {
 }
 
 #[test]
+fn mirrored_entries_are_compared_in_the_units_of_their_diagonal() {
+    let text = |noise: &str| {
+        SHORT
+            .replace("a = [[1]], b = [[1]]", "a = [[0.5, 0], [0, 0.25]], b = [[1], [1]]")
+            .replace("c = [[1]]", "c = [[1, 0], [0, 1]]")
+            .replace("process_noise = [[1]]", &format!("process_noise = {noise}"))
+            .replace("measurement_noise = [[1]]", "measurement_noise = [[1, 0], [0, 1]]")
+            .replace("initial_mean = [0]", "initial_mean = [0, 0]")
+            .replace("initial_covariance = [[0]]", "initial_covariance = [[1, 0], [0, 1]]")
+            .replace("q = [[1]]", "q = [[1, 0], [0, 1]]")
+    };
+    // Nanometres beside kilometres: a correlation of 0.3 in one place, of 0.5 in the other.
+    for units in [[1.0, 1.0], [1e-9, 1e3], [1e9, 1e9], [1e-9, 1e-9]] {
+        let [one, other] = units;
+        let noise = |mirrored: f64| {
+            let (above, below) = (0.5 * one * other, mirrored * one * other);
+            format!("[[{:e}, {above:e}], [{below:e}, {:e}]]", one * one, other * other)
+        };
+        let refused = Design::parse(&text(&noise(0.3)), "tank").unwrap_err();
+        assert!(refused.to_string().contains("in the mirrored place"), "{units:?}: {refused}");
+        Design::parse(&text(&noise(0.5 + 1e-12)), "tank").unwrap();
+    }
+}
+
+#[test]
 fn an_event_triggered_pendulum_is_the_pendulum_with_a_price_of_packets() {
     let (mut event, pendulum) = (example("pendulum_event"), example("pendulum"));
     assert_eq!(event.event.take(), Some(Event { send_cost: 1000.0 }));

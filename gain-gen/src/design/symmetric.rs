@@ -11,7 +11,7 @@ pub(super) enum Definiteness {
     Semidefinite,
 }
 
-/// Relative size of a difference between mirrored entries that counts as rounding.
+/// Difference between mirrored entries that counts as rounding, in the units that the diagonal gives them.
 const ASYMMETRY: f64 = 1e-9;
 /// How far below zero an eigenvalue of the matrix scaled to unit diagonal may be by rounding.
 const NEGATIVE: f64 = 1e-9;
@@ -39,9 +39,9 @@ pub(super) fn symmetric(
     if (rows, columns) != (size, size) {
         return Err(field.reject_with(format!("found a {rows}x{columns} matrix, but {against}"), wanted));
     }
-    let largest = matrix.amax();
+    let unit = |i: usize| matrix[(i, i)].abs().sqrt();
     for (i, j) in (0..size).flat_map(|i| (0..i).map(move |j| (i, j))) {
-        if (matrix[(i, j)] - matrix[(j, i)]).abs() > ASYMMETRY * largest {
+        if (matrix[(i, j)] - matrix[(j, i)]).abs() > ASYMMETRY * (unit(i) * unit(j)) {
             let found = format!(
                 "found {} in row {}, column {}, but {} in the mirrored place",
                 matrix[(j, i)],
