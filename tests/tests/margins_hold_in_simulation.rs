@@ -31,7 +31,7 @@ fn design() -> Design {
 fn with_margins(design: &Design) -> (LoopProblem, Solution, StateKnown) {
     let problem = LoopProblem::of(design);
     let solution = solve(&problem, Method::InFlight);
-    let margins = state_known(&problem, &solution).expect("a stable loop");
+    let margins = state_known(design, &solution).expect("a stable loop");
     (problem, solution, margins)
 }
 

@@ -11,15 +11,16 @@
 //! does not move; by how much it still moved is told with it.
 
 use super::arrivals::Arrivals;
-use super::change::{Change, continuous_plant, entries};
+use super::change::{Change, Dynamics, continuous_plant, entries};
 use super::loop_rate::LoopAsRun;
 use super::search::{WIDTH, boundary, boundary_near, is_stable};
 use super::state_known::StateKnown;
 use super::units::Units;
-use crate::design::{Acknowledgement, Behaviour, Design};
+use crate::design::{Acknowledgement, Behaviour, Design, Plant};
 use crate::estimation::arrival_limit;
 use crate::solve::{LoopProblem, Solution};
 use rayon::prelude::*;
+use std::cell::RefCell;
 
 /// Largest distance from 1 at which a factor on an entry, or on `B` upwards, is tried.
 pub const LARGEST_FACTOR: f64 = 100.0;
@@ -40,6 +41,8 @@ const MOST_WORK: usize = 3_000_000;
 /// The same over all entries of the plant together, for the first chain.
 const MOST_ENTRIES: usize = 6_000_000;
 
+/// The largest share that is not all.
+const ALL_BUT_ONE: f64 = 1.0 - f64::EPSILON / 2.0;
 /// Difference between bounds on a probability that is rounding.
 const SAME_LIMIT: f64 = 1e-6;
 
@@ -184,7 +187,8 @@ fn measurements(design: &Design) -> (LinkMargins, bool) {
         return (LinkMargins { extra_loss: 1.0, extra_delay: None }, true);
     };
     let arrives = |late: usize| buffer.checked_sub(late).map_or(0.0, |left| link.arrival(left));
-    let extra_loss = (1.0 - limit.upper / arrives(0)).max(0.0);
+    // Some must arrive, however few.
+    let extra_loss = (1.0 - limit.upper / arrives(0)).clamp(0.0, ALL_BUT_ONE);
     let extra_delay =
         (1..=buffer + 1).find(|&late| arrives(late) <= limit.upper).map_or(buffer, |late| late - 1);
     let is_exact = limit.upper - limit.lower <= SAME_LIMIT;
@@ -237,41 +241,79 @@ impl Search {
 
     /// The margin, and how far it moved in the last refinement.
     fn margin(&self, change: Change) -> (PlantMargin, f64) {
-        let down = self.refined(change, Way::Down);
-        let up = self.refined(change, Way::Up);
+        let down = Along::new(self.state_known.designed(), change, Way::Down);
+        let up = Along::new(self.state_known.designed(), change, Way::Up);
+        let known = |along: &Along<'_>| walked(&self.state_known, along, WIDTH).map(|at| along.factor(at));
+        let state_known = Bounds { least: known(&down), greatest: known(&up) };
+        let down = self.refined(&down);
+        let up = self.refined(&up);
         let moved = down.1.max(up.1);
-        let bounds =
-            |edge: &dyn Fn(Way) -> Option<f64>| Bounds { least: edge(Way::Down), greatest: edge(Way::Up) };
-        let known = |way| walked(&self.state_known, change, way, WIDTH).map(|at| factor(change, way, at));
         let margin = PlantMargin {
             change,
             flashed: Bounds {
                 least: down.0.map(|at| factor(change, Way::Down, at)),
                 greatest: up.0.map(|at| factor(change, Way::Up, at)),
             },
-            state_known: bounds(&known),
+            state_known,
         };
         (margin, moved)
     }
 
     /// The distance along the way, from chain to chain, and how far it moved in the end as a part of itself.
-    fn refined(&self, change: Change, way: Way) -> (Option<f64>, f64) {
+    fn refined(&self, along: &Along<'_>) -> (Option<f64>, f64) {
         let is_exact = self.is_exact && self.chains.len() == 1;
         let width = if is_exact { WIDTH } else { ESTIMATED_WIDTH };
-        let mut at = walked(&self.chains[0], change, way, width);
+        let mut at = walked(&self.chains[0], along, width);
         let mut moved = 0.0;
         for chain in &self.chains[1..] {
-            let end = furthest(change, way);
-            let rate = |at: f64| chain.rate(change, factor(change, way, at));
-            let guess = at.unwrap_or(end);
-            let next = boundary_near(guess, end, width, rate);
-            moved = (next.unwrap_or(end) - guess).abs() / guess;
+            let guess = at.unwrap_or(along.end);
+            let next = boundary_near(guess, along.end, width, |at| along.rate(chain, at));
+            moved = (next.unwrap_or(along.end) - guess).abs() / guess;
             at = next;
             if moved <= SETTLED {
                 break;
             }
         }
         (at, moved)
+    }
+}
+
+/// The plants along a way from the design's. Several loops are asked about the same ones.
+struct Along<'p> {
+    plant: &'p Plant,
+    change: Change,
+    way: Way,
+    /// The distance at which the way ends.
+    end: f64,
+    /// Those of the steps in which boundaries are looked for first, as far as anybody has got.
+    steps: RefCell<Vec<(f64, Option<Dynamics>)>>,
+}
+
+impl<'p> Along<'p> {
+    fn new(plant: &'p Plant, change: Change, way: Way) -> Self {
+        Self { plant, change, way, end: furthest(change, way), steps: RefCell::default() }
+    }
+
+    fn factor(&self, at: f64) -> f64 {
+        factor(self.change, self.way, at)
+    }
+
+    /// The rate of a loop around the plant at this distance.
+    fn rate(&self, around: &LoopAsRun, at: f64) -> f64 {
+        if let Some((_, plant)) = self.steps.borrow().iter().find(|(step, _)| *step == at) {
+            return around.rate_around(plant.as_ref());
+        }
+        around.rate(self.change, self.factor(at))
+    }
+
+    /// The distance of the step after the one at `at`.
+    fn next(&self, at: f64) -> f64 {
+        let next = if at == 0.0 { FIRST } else { (at * FURTHER).min(self.end) };
+        let mut steps = self.steps.borrow_mut();
+        if steps.last().is_none_or(|&(last, _)| last < next) {
+            steps.push((next, self.change.plant(self.plant, self.factor(next))));
+        }
+        next
     }
 }
 
@@ -296,11 +338,9 @@ fn furthest(change: Change, way: Way) -> f64 {
 }
 
 /// The nearest boundary along the way, found step by step; `None` if there is none to its end.
-fn walked(around: &LoopAsRun, change: Change, way: Way, width: f64) -> Option<f64> {
-    let end = furthest(change, way);
-    let next = |at: f64| if at == 0.0 { FIRST } else { (at * FURTHER).min(end) };
-    let nominal = around.rate(change, 1.0);
-    let rate = |at: f64| around.rate(change, factor(change, way, at));
-    let at = boundary(0.0, nominal, next, end, width, rate);
-    (at < end).then_some(at)
+fn walked(around: &LoopAsRun, along: &Along<'_>, width: f64) -> Option<f64> {
+    let nominal = around.rate(along.change, 1.0);
+    let rate = |at: f64| along.rate(around, at);
+    let at = boundary(0.0, nominal, |at| along.next(at), along.end, width, rate);
+    (at < along.end).then_some(at)
 }

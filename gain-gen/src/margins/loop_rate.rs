@@ -4,8 +4,11 @@
 //! given gains is `(P, S, Y, N_t)` over the loop's state, and one step back is linear in it (docs/theory.md, Stability).
 //! There is one such cost for each state of the chain of measurement arrivals, and the one a step later is the mean over
 //! the states that may follow, since which measurements arrive depends on nothing else in the loop.
+//!
+//! Where nothing is left to chance, packets that all meet one delay on either link, the loop is a single matrix (`certain`).
 
 use super::arrivals::Arrivals;
+use super::certain;
 use super::change::{Change, Dynamics};
 use super::filter::{Coordinates, Situation, state_known, with_filter};
 use crate::design::Plant;
@@ -15,6 +18,8 @@ use slqg::synthesis::{Dimensions, Problem, Synthesis};
 
 /// Applications that the search for the rate takes as one, in each of its spaces.
 const STRIDES: [usize; 3] = [1, 4, 4];
+/// Steps back that the search for a rate takes, for each multiplication of matrices that one takes where nothing is left to chance.
+const CERTAIN: usize = 8;
 /// Entries beyond this are beyond all that a rate can be computed of.
 const LARGEST: f64 = 1e60;
 
@@ -62,22 +67,39 @@ impl LoopAsRun {
 
     /// Multiplications of one step back, in all situations.
     pub(super) fn work(&self) -> usize {
+        if self.situations.len() == 1 && certain::is_certain(&self.survival) {
+            // A rate costs a few such steps, where others take hundreds.
+            return self.dimensions.gain_columns().pow(3) / CERTAIN;
+        }
         self.situations.len() * self.dimensions.gain_columns().pow(3)
     }
 
     /// The rate around the plant with this change; infinite where that is out of the range of numbers.
     pub(super) fn rate(&self, change: Change, factor: f64) -> f64 {
-        let plant = change.plant(&self.design, factor);
+        self.rate_around(change.plant(&self.design, factor).as_ref())
+    }
+
+    /// The design's plant, in the loop's units.
+    pub(super) fn designed(&self) -> &Plant {
+        &self.design
+    }
+
+    /// The rate around this plant; infinite around none, and where it is out of the range of numbers.
+    pub(super) fn rate_around(&self, plant: Option<&Dynamics>) -> f64 {
         let in_range = |matrix: &DMatrix<f64>| matrix.iter().all(|entry| entry.abs() < LARGEST);
         match plant.filter(|(a, b)| in_range(a) && in_range(b)) {
-            Some(plant) => self.rate_around(&plant),
+            Some(plant) => self.rate_in_range(plant),
             None => f64::INFINITY,
         }
     }
 
-    fn rate_around(&self, plant: &Dynamics) -> f64 {
+    fn rate_in_range(&self, plant: &Dynamics) -> f64 {
         let dimensions = self.dimensions;
         let (step, drive) = self.coordinates.step(plant);
+        if let ([situation], true) = (self.situations.as_slice(), certain::is_certain(&self.survival)) {
+            let step = &step * &situation.settle;
+            return certain::rate(&step, &drive, &situation.gains, &self.survival, dimensions.default_input);
+        }
         let drive = row_major(&drive);
         let steps: Vec<_> =
             self.situations.iter().map(|situation| row_major(&(&step * &situation.settle))).collect();

@@ -9,6 +9,7 @@
 //! | `state_known` | margins of the loop whose state is known |
 //! | `flashed` | margins of the loop with its estimator |
 //! | `loop_rate` | the mean-square rate around another plant |
+//! | `certain` | that rate where all packets of a link meet one delay |
 //! | `filter` | the estimator within that loop |
 //! | `arrivals` | which of the last measurements have arrived |
 //! | `change` | what may be another plant |
@@ -17,6 +18,7 @@
 //! | `search` | where the rate passes 1 |
 
 mod arrivals;
+mod certain;
 mod change;
 mod filter;
 mod flashed;
@@ -27,7 +29,7 @@ mod state_known;
 mod units;
 
 use crate::design::{DelayDistribution, Design};
-use crate::solve::{LoopProblem, Solution};
+use crate::solve::Solution;
 
 pub use change::{Change, Matrix};
 pub use flashed::{
@@ -47,7 +49,7 @@ pub struct Margins {
 
 /// The margins of a design with the gains of `solution`; `None` if its loop is not mean-square stable as it is.
 pub fn margins(design: &Design, solution: &Solution) -> Option<Margins> {
-    let state_known = state_known(&LoopProblem::of(design), solution)?;
+    let state_known = state_known(design, solution)?;
     let flashed = flashed(design, solution, &state_known);
     Some(Margins { state_known, flashed })
 }

@@ -1,14 +1,21 @@
 //! Margins of the loop whose state is known: the law by itself.
 //!
-//! Each changes one thing and asks for the mean-square rate of what results, over all ages of the actuator's buffer, since
-//! with a table that is not the link's the in-flight form does not apply. Dense, so slow for long sequences.
+//! Each changes one thing and asks for the mean-square rate of what results. For another link that is over all ages of the
+//! actuator's buffer, since with a table that is not the link's the in-flight form does not apply: dense, so slow for long
+//! sequences.
 
+use super::change::Change;
 use super::delayed;
+use super::loop_rate::LoopAsRun;
 use super::search::{WIDTH, boundary};
+use super::units::Units;
+use crate::design::Design;
 use crate::solve::{
-    ClosedLoop, LoopProblem, Mode, ModeChain, Solution, age_transitions, mean_square_rate, modes,
+    ClosedLoop, LoopProblem, Mode, ModeChain, Solution, age_transitions, modes, rough_radius,
 };
+use crate::stability::open_loop_modulus;
 use nalgebra::DMatrix;
+use slqg::DefaultInput;
 
 /// Steps in which loss is searched.
 const LOSS_STEP: f64 = 1.0 / 8.0;
@@ -18,6 +25,9 @@ const GAIN_FACTOR: f64 = 1.25;
 const GAIN_STEP: f64 = 1.0 / 8.0;
 /// Largest input gain tried.
 pub const LARGEST_INPUT_GAIN: f64 = 100.0;
+
+/// States up to which all second moments are gone through at once.
+const MOST_STATES: usize = 16;
 
 /// Distances to instability with the state known, one change at a time.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -34,9 +44,12 @@ pub struct StateKnown {
     pub input_gain_max: f64,
 }
 
-/// The margins of the problem's loop with the gains of `solution`; `None` if it is not mean-square stable as it is.
-pub fn state_known(problem: &LoopProblem, solution: &Solution) -> Option<StateKnown> {
-    let gains = solution.mode_gains();
+/// The margins of the design's loop with the gains of `solution`; `None` if it is not mean-square stable as it is.
+pub fn state_known(design: &Design, solution: &Solution) -> Option<StateKnown> {
+    let units = Units::of(&design.plant);
+    let (plant, law) = (units.plant(&design.plant), units.law(&solution.law));
+    let problem = &LoopProblem { a: plant.a.clone(), b: plant.b.clone(), ..LoopProblem::of(design) };
+    let gains = law.mode_gains();
     let nominal = Loop { problem, modes: modes(problem), gains: &gains };
     let designed = age_transitions(&problem.link, problem.length);
     let rate = nominal.rate(&designed);
@@ -44,8 +57,8 @@ pub fn state_known(problem: &LoopProblem, solution: &Solution) -> Option<StateKn
         return None;
     }
     let (extra_delay, rate_beyond_extra_delay) = nominal.extra_delay().unzip();
-    let with_gain =
-        |factor: f64| mean_square_rate(&LoopProblem { b: &problem.b * factor, ..problem.clone() }, &gains);
+    let around = LoopAsRun::state_known(&plant, &law, &problem.survival());
+    let with_gain = |factor: f64| around.rate(Change::InputGain, factor);
     Some(StateKnown {
         extra_loss: nominal.extra_loss(&designed, rate),
         extra_delay,
@@ -75,6 +88,31 @@ impl Loop<'_> {
         ClosedLoop { modes: &self.modes, chain: &chain, gains: self.gains }.rate()
     }
 
+    /// Whether an input is applied in the cycle it is sent for or never, so that nothing is under way; and few states, for
+    /// all second moments to be in one matrix.
+    fn has_no_memory(&self) -> bool {
+        let is_short = self.problem.length == 1 && self.problem.default_input == DefaultInput::Zero;
+        is_short && self.problem.a.nrows() <= MOST_STATES
+    }
+
+    /// The rate where packets arrive with probability `arrives`: that of `X -> q F' X F + (1 - q) A' X A` on symmetric `X`, with
+    /// `F = A + B L`. Eigenvalues that crowd at the unit circle do not matter to it.
+    fn rate_without_memory(&self, arrives: f64) -> f64 {
+        let a = &self.problem.a;
+        let closed = a + &self.problem.b * self.gains[0].columns(0, a.nrows());
+        let moments = moments_map(&closed) * arrives + moments_map(a) * (1.0 - arrives);
+        rough_radius(&moments)
+    }
+
+    /// Where nothing arrives in time: that of the plant left alone. An input that is held stays.
+    fn silent_rate(&self) -> f64 {
+        let alone = open_loop_modulus(&self.problem.a).powi(2);
+        match self.problem.default_input {
+            DefaultInput::Zero => alone,
+            DefaultInput::Hold => alone.max(1.0),
+        }
+    }
+
     /// Transitions of the age are linear in the arrival probabilities: between the designed ones and those of a link
     /// on which nothing arrives.
     fn extra_loss(&self, designed: &DMatrix<f64>, rate: f64) -> f64 {
@@ -87,7 +125,12 @@ impl Loop<'_> {
                     if to == (from + 1).min(length) { 1.0 } else { 0.0 }
                 },
             );
-        let with_loss = |fraction: f64| self.rate(&(designed * (1.0 - fraction) + &silent * fraction));
+        let arrives = self.problem.link.arrival(0);
+        let with_loss = |fraction: f64| match fraction {
+            1.0 => self.silent_rate(),
+            _ if self.has_no_memory() => self.rate_without_memory(arrives * (1.0 - fraction)),
+            _ => self.rate(&(designed * (1.0 - fraction) + &silent * fraction)),
+        };
         boundary(0.0, rate, |at| (at + LOSS_STEP).min(1.0), 1.0, WIDTH, with_loss)
     }
 
@@ -96,8 +139,43 @@ impl Loop<'_> {
         let length = self.problem.length;
         // From N steps on nothing arrives in time, and still later changes nothing.
         (0..length).find_map(|steps| {
-            let rate = self.rate(&age_transitions(&delayed(&self.problem.link, steps + 1), length));
+            let link = delayed(&self.problem.link, steps + 1);
+            let rate = match link.arrival(length - 1) {
+                0.0 => self.silent_rate(),
+                _ => self.rate(&age_transitions(&link, length)),
+            };
             (rate >= 1.0).then_some((steps, rate))
         })
+    }
+}
+
+/// `X -> F' X F` for symmetric `X`, over its upper triangle.
+fn moments_map(f: &DMatrix<f64>) -> DMatrix<f64> {
+    let size = f.nrows();
+    let places: Vec<(usize, usize)> = (0..size).flat_map(|j| (0..=j).map(move |i| (i, j))).collect();
+    DMatrix::from_fn(places.len(), places.len(), |row, column| {
+        let ((i, j), (k, l)) = (places[row], places[column]);
+        let once = f[(k, i)] * f[(l, j)];
+        if k == l { once } else { once + f[(l, i)] * f[(k, j)] }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::solve::{Method, solve};
+
+    #[test]
+    fn without_memory_the_rate_is_that_over_all_ages() {
+        let text = include_str!("../../../designs/double_integrator.toml");
+        let mut design = Design::parse(text, "double_integrator.toml").expect("a design");
+        design.set_sequence_length(1);
+        let problem = LoopProblem::of(&design);
+        let gains = solve(&problem, Method::InFlight).mode_gains().into_owned();
+        let around = Loop { problem: &problem, modes: modes(&problem), gains: &gains };
+        assert!(around.has_no_memory());
+        let dense = around.rate(&age_transitions(&problem.link, 1));
+        let found = around.rate_without_memory(problem.link.arrival(0));
+        assert!((found - dense).abs() < 1e-9, "{found} {dense}");
     }
 }

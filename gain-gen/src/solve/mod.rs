@@ -80,6 +80,7 @@ pub use iterate::Outcome;
 pub use law::{Law, mode_weights};
 pub use mode_chain::{ModeChain, TooManyModes};
 pub(crate) use modes::{Mode, modes};
+pub(crate) use radius::rough_radius;
 pub use rollout::{Rollout, Situation};
 pub(crate) use spectral::spectral_radius;
 pub use tracking::{

@@ -29,7 +29,7 @@ pub(super) fn radius(matrix: &DMatrix<Extended>) -> f64 {
 }
 
 /// The same to the digits that squaring in `f64` leaves: what decays fast, and what is only to be judged.
-pub(super) fn rough_radius(matrix: &DMatrix<f64>) -> f64 {
+pub(crate) fn rough_radius(matrix: &DMatrix<f64>) -> f64 {
     squared(Growth { logarithm: 0.0, weight: 1.0 }, matrix.clone(), SQUARINGS)
 }
 

@@ -19,6 +19,9 @@ impl Report {
             f,
             "\nMargins of the loop as flashed: mean square, outputs measured, controller as designed"
         )?;
+        if self.design.controller.input_limits.is_some() {
+            line(f, "input limits", "not part of them: all margins hold only while no input meets a limit")?;
+        }
         match &margins.flashed {
             Ok(flashed) => self.flashed(f, flashed)?,
             Err(reason) => line(f, "not given", reason)?,
