@@ -108,3 +108,16 @@ fn what_is_not_possible_is_refused_with_what_is() {
     }
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0, "nothing is written");
 }
+
+#[test]
+fn what_makes_no_sense_in_a_design_is_told_to_the_build_script() {
+    let folder = tempfile::tempdir().unwrap();
+    let plain = Compile::new(pendulum()).compiled_into(folder.path()).unwrap();
+    assert_eq!(plain.warnings, []);
+    let text = std::fs::read_to_string(pendulum()).unwrap();
+    let slow = folder.path().join("slow.toml");
+    std::fs::write(&slow, text.replace("sample_time = 0.02", "sample_time = 1e-7")).unwrap();
+    let compile = Compile::new(&slow).accept_undecided_stability();
+    let told = compile.compiled_into(folder.path()).unwrap().warnings;
+    assert!(!told.is_empty() && told.iter().all(|warning| warning.origin.ends_with("slow.toml")), "{told:?}");
+}
