@@ -7,7 +7,7 @@
 //! (1 - q)^(l/p) |lambda|^2 < 1,       so  q > 1 - |lambda|^(-2 p/l)
 //! ```
 //!
-//! and grows without bound if one of these is above 1 (docs/theory.md, "When the estimation error stays bounded"). An
+//! and grows without bound if one of these is above 1 (THEORY 10). An
 //! eigenvalue on its own has `p = l = 1`, which is the bound of Theorem 3.4 a).
 //!
 //! **Rounding.** Eigenvalues are known within some uncertainty. Once everything that may be a coincidence within rounding

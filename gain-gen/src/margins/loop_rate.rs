@@ -1,7 +1,7 @@
 //! The mean-square rate of the loop as it runs around a plant that is not the design's.
 //!
 //! The actuator's link is the design's, so that the in-flight form holds for any plant and any linear law: the cost of
-//! given gains is `(P, S, Y, N_t)` over the loop's state, and one step back is linear in it (docs/theory.md, Stability).
+//! given gains is `(P, S, Y, N_t)` over the loop's state, and one step back is linear in it (THEORY 5).
 //! There is one such cost for each state of the chain of measurement arrivals, and the one a step later is the mean over
 //! the states that may follow, since which measurements arrive depends on nothing else in the loop.
 //!
