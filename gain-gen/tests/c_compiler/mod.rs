@@ -1,8 +1,13 @@
-//! The system's C compiler. Tests that need one fail without it: nobody would notice that they did nothing.
+//! The system's C compiler, and laws for it. Tests that need one fail without it: nobody would notice that they did nothing.
 
+use gain_gen::design::Design;
+use gain_gen::emit::{self, write_all};
+use gain_gen::report::Report;
+use gain_gen::solve::Method;
+use slqg::DefaultInput;
 use std::ffi::OsStr;
 use std::io::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
 /// What the law must compile under.
@@ -62,4 +67,26 @@ pub(crate) fn answer(program: &Path, input: &str) -> String {
     writer.join().expect("no panic").expect("it reads all");
     assert!(output.status.success());
     String::from_utf8(output.stdout).expect("ASCII")
+}
+
+/// A file of this crate.
+pub(crate) fn here(path: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
+}
+
+/// The report of a design, varied; the undecided stability of the crane, which has limits, is accepted.
+pub(crate) fn solved(design: &str, length: Option<usize>, default_input: Option<DefaultInput>) -> Report {
+    let mut design = Design::load(&here(design)).unwrap();
+    design.controller.sequence_length = length.unwrap_or(design.controller.sequence_length);
+    design.controller.default_input = default_input.unwrap_or(design.controller.default_input);
+    let mut report = Report::new(&design, Method::InFlight);
+    report.accept_undecided_stability();
+    report
+}
+
+/// Writes the law of `report` as `law.h` and `law.c` into `folder`, with the files that all designs share.
+pub(crate) fn emitted(report: &Report, folder: &Path) {
+    let header = folder.join("law.h");
+    write_all(&emit::Output::c(&header).unwrap().files(&report.emission().unwrap(), "test.toml").unwrap())
+        .unwrap();
 }

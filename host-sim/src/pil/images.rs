@@ -53,11 +53,7 @@ pub fn build(request: &Request<'_>) -> Result<[PathBuf; 2], NoImages> {
         command.args(["--sequence-length", &length.to_string()]);
     }
     if let Some(default_input) = request.default_input {
-        let name = match default_input {
-            DefaultInput::Zero => "zero",
-            DefaultInput::Hold => "hold",
-        };
-        command.args(["--default-input", name]);
+        command.args(["--default-input", default_input.name()]);
     }
     if let Some(slices) = request.slices {
         command.args(["--tuning", "--slices", &slices.to_string()]);
