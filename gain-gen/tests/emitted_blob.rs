@@ -1,18 +1,18 @@
 //! An emitted blob is loaded: it is the law that is emitted as Rust, to the bit, and knows which design it is of.
 
 mod draws;
+mod lent;
 
 use assert_cmd::cargo::cargo_bin_cmd;
 use draws::Draws;
 use gain_gen::design::Design;
 use gain_gen::emit::design_id;
-use slqg::actuator::Age;
+use slqg::Age;
 use slqg::blob::{self, BlobError, DesignId, Shape};
 use slqg::gains::Gains;
-use slqg::in_flight::InFlight;
 use slqg::nalgebra::SVector;
-use slqg::sequence::ControlSequence;
-use slqg::{DefaultInput, Scalar, Tick};
+use slqg::played::Played;
+use slqg::{DefaultInput, Scalar};
 use std::path::{Path, PathBuf};
 
 #[allow(dead_code, unreachable_pub)]
@@ -78,18 +78,15 @@ fn compute_the_same<T: Scalar, const NX: usize, const NU: usize, const N: usize>
     let mut draws = Draws(3);
     for draw in 0..DRAWS {
         let (state, last_input) = (draws.vector(), draws.vector());
-        let sent: [heapless::Vec<SVector<T, NU>, N>; N] =
+        let sent: [Vec<SVector<T, NU>>; N] =
             core::array::from_fn(|_| (0..N).map(|_| draws.vector()).collect());
         let mode = draws.below(N + 1);
         let age = if mode < N { Age::Steps(mode as u8) } else { Age::Empty };
         let run = |gains: &Gains<'_, T, NX, NU>| -> Vec<u64> {
-            let mut in_flight = InFlight::<T, NU, N, 1>::default();
-            for inputs in sent.iter().rev() {
-                in_flight.push(Some(ControlSequence { tick: Tick(0), inputs: inputs.clone() }));
-            }
-            in_flight.acknowledge(age, last_input);
-            let expected = in_flight.expected_inputs(gains);
-            let sequence = gains.sequence::<N>(&state, &expected);
+            let in_flight = lent::sent(N, sent.iter().rev().cloned().map(Some));
+            let (mut room, mut sequence) = ([SVector::zeros(); N], [SVector::zeros(); N]);
+            let expected = in_flight.fill_expected(gains, &Played::Known(age, last_input), &mut room);
+            gains.fill_sequence(&state, expected, &mut sequence);
             sequence.iter().flat_map(|input| input.iter()).map(|value| value.widen().to_bits()).collect()
         };
         assert_eq!(run(one), run(other), "draw {draw}");
@@ -126,7 +123,8 @@ fn a_loaded_law_drives_the_controller_of_the_design() {
     let gains = blob::load(&bytes, storage, None).unwrap();
     let design = slqg::controller::Design { gains, ..pendulum::DESIGN };
     let first = |design| {
-        let mut controller = pendulum::Controller::new(design, slqg::Tick(0)).unwrap();
+        let mut memory = pendulum::Memory::new();
+        let mut controller = pendulum::Controller::new(design, slqg::Tick(0), memory.lend()).unwrap();
         let mut frame = [0; 256];
         controller.cycle(&mut frame).unwrap().expect("it is finite").to_vec()
     };

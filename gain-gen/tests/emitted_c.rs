@@ -3,15 +3,17 @@
 
 mod c_compiler;
 mod draws;
+mod lent;
 
 use c_compiler::{STRICT, answer, compile, compilers, emitted, solved};
 use draws::Draws;
 use gain_gen::report::Report;
-use slqg::actuator::{Age, Limits, Settings};
+use slqg::Age;
+use slqg::actuator::{Limits, Settings};
 use slqg::gains::{Gains, Tables};
 use slqg::in_flight::InFlight;
 use slqg::nalgebra::{DMatrix, SVector};
-use slqg::sequence::ControlSequence;
+use slqg::played::Played;
 use slqg::{DefaultInput, Scalar, Tick};
 
 const CYCLES: usize = 1000;
@@ -79,18 +81,18 @@ fn hex<T: Scalar, const D: usize>(vector: &SVector<T, D>) -> String {
 }
 
 /// The core's law over the same cycles, with the state given: what is not acknowledged is held to have played on.
-struct Core<'g, T: Scalar, const NX: usize, const NU: usize, const N: usize> {
+struct Core<'g, T: Scalar, const NX: usize, const NU: usize> {
     gains: &'g Gains<'g, T, NX, NU>,
     actuator: Settings<T, NU>,
     tick: Tick,
-    in_flight: InFlight<T, NU, N, 2>,
+    in_flight: InFlight<'g, T, NU>,
     /// What is held to have been played in the last cycle.
     played: (Age, SVector<T, NU>),
     /// The input of the cycle before the last.
     held: SVector<T, NU>,
 }
 
-impl<T: Scalar, const NX: usize, const NU: usize, const N: usize> Core<'_, T, NX, NU, N> {
+impl<T: Scalar, const NX: usize, const NU: usize> Core<'_, T, NX, NU> {
     /// What was applied in cycle `tick`, if its age is believed.
     fn applied(&self, tick: Tick, age: Age) -> Option<SVector<T, NU>> {
         let input = self.in_flight.applied_input(self.actuator.default_input, tick, age, &self.held)?;
@@ -99,7 +101,6 @@ impl<T: Scalar, const NX: usize, const NU: usize, const N: usize> Core<'_, T, NX
 
     fn set_played(&mut self, age: Age, input: SVector<T, NU>) {
         self.played = (age, input);
-        self.in_flight.acknowledge(age, input);
     }
 
     fn cycle(&mut self, cycle: &Cycle<T, NX>) -> String {
@@ -110,21 +111,24 @@ impl<T: Scalar, const NX: usize, const NU: usize, const N: usize> Core<'_, T, NX
         }
         let believed = applied.map_or(2, |applied| u8::from(applied.is_some()));
         let mut line = format!("{believed}{}", hex(&self.played.1));
-        let mut sent = None;
+        let mut is_sent = false;
         if !matches!(cycle.action, Action::Skipped) {
-            let inputs = self.gains.sequence(&cycle.state, &self.in_flight.expected_inputs(self.gains));
-            let sequence = ControlSequence { tick: self.tick, inputs };
+            let mut room = vec![SVector::zeros(); self.gains.length()];
+            let played = Played::Known(self.played.0, self.played.1);
+            let expected = self.in_flight.fill_expected(self.gains, &played, &mut room);
+            self.gains.fill_sequence(&cycle.state, expected, self.in_flight.candidate());
+            let sequence = self.in_flight.proposed();
             if sequence.is_finite() {
                 line.push_str(" finite");
                 line.extend(sequence.inputs.iter().map(hex));
-                sent = matches!(cycle.action, Action::Sent).then_some(sequence);
+                is_sent = matches!(cycle.action, Action::Sent);
             } else {
                 line.push_str(" not finite");
             }
         }
-        self.in_flight.push(sent);
+        self.in_flight.push(is_sent);
         self.held = self.played.1;
-        let age = played_on(self.played.0, N);
+        let age = played_on(self.played.0, self.gains.length());
         let input = self.applied(self.tick, age).unwrap_or_else(SVector::zeros);
         self.set_played(age, input);
         self.tick += 1;
@@ -163,7 +167,7 @@ macro_rules! does_what_the_core_does {
         let report = $report;
         let law = &report.solution.law;
         let (lx, m, arrival) = (row_major(&law.lx), row_major(&law.m), rounded(&law.arrival));
-        let tables = Tables { lx: &lx, m: &m, arrival: &arrival };
+        let tables = Tables::check(&lx, &m, &arrival).unwrap();
         let gains = Gains::<$scalar, $nx, $nu>::check(law.length, law.default_input, tables).unwrap();
         meets::<$scalar, $nx, $nu, $n>(&report, &gains);
     }};
@@ -173,11 +177,11 @@ fn meets<T: Scalar, const NX: usize, const NU: usize, const N: usize>(
     report: &Report,
     gains: &Gains<'_, T, NX, NU>,
 ) {
-    let mut core = Core::<T, NX, NU, N> {
+    let mut core = Core::<T, NX, NU> {
         gains,
         actuator: settings(report),
         tick: FIRST_TICK,
-        in_flight: InFlight::default(),
+        in_flight: lent::nothing_sent(gains.length(), gains.length() + 2, FIRST_TICK),
         played: (Age::Empty, SVector::zeros()),
         held: SVector::zeros(),
     };

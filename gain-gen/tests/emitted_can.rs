@@ -69,8 +69,9 @@ fn generated_nodes_close_the_loop_on_classic_can() {
     let id = |raw| Id::Standard(StandardId::new(raw).unwrap());
     let identifiers = Identifiers { measurement: id(0x80), control: id(0x81), acknowledgement: id(0x82) };
     let compact = Compact::new(identifiers, gantry::INPUT_GRID, gantry::OUTPUT_GRID).unwrap();
-    let mut controller = gantry::Controller::new(gantry::DESIGN, Tick(0)).unwrap();
-    let mut actuator = gantry::Actuator::new(gantry::ACTUATOR, Tick(0));
+    let (mut memory, mut of_actuator) = (gantry::Memory::new(), gantry::ACTUATOR_MEMORY);
+    let mut controller = gantry::Controller::new(gantry::DESIGN, Tick(0), memory.lend()).unwrap();
+    let mut actuator = gantry::Actuator::new(gantry::ACTUATOR, Tick(0), &mut of_actuator);
     let mut state = gantry::MODEL.initial_mean;
     let (mut full, mut restored) = ([0; 64], [0; 64]);
     for tick in (0..600).map(Tick) {

@@ -4,16 +4,15 @@
 use gain_gen::build::Compile;
 use gain_gen::design::Design;
 use gain_gen::solve::{LoopProblem, Method, Solution, solve};
-use heapless::Vec;
 use nalgebra::{DMatrix, DVector, SVector};
-use slqg::actuator::Age;
+use slqg::Age;
 use slqg::gains::{Gains, Tables};
-use slqg::in_flight::InFlight;
-use slqg::sequence::ControlSequence;
+use slqg::played::Played;
 use slqg::{DefaultInput, Scalar, Tick, wire};
 use std::path::{Path, PathBuf};
 
 mod draws;
+mod lent;
 
 use draws::Draws;
 
@@ -59,7 +58,7 @@ fn solved(design: &Path) -> Solution {
     solve(&LoopProblem::of(&Design::load(design).unwrap()), Method::InFlight)
 }
 
-fn rounded<T: Scalar>(matrix: &DMatrix<f64>) -> std::vec::Vec<T> {
+fn rounded<T: Scalar>(matrix: &DMatrix<f64>) -> Vec<T> {
     matrix.transpose().iter().map(|&value| T::nearest(value)).collect()
 }
 
@@ -77,18 +76,16 @@ fn computes_what_the_solver_says<T: Scalar, const NX: usize, const NU: usize, co
         let state: SVector<T, NX> = draws.vector();
         let last_input: SVector<T, NU> = draws.vector();
         let mode = draws.below(N + 1);
-        let sent: [Vec<SVector<T, NU>, N>; N] =
+        let sent: [Vec<SVector<T, NU>>; N] =
             core::array::from_fn(|_| (0..N).map(|_| draws.vector()).collect());
 
         let age = if mode < N { Age::Steps(mode as u8) } else { Age::Empty };
-        let run = |gains: &Gains<'_, T, NX, NU>| -> Vec<SVector<T, NU>, N> {
-            let mut in_flight = InFlight::<T, NU, N, 1>::default();
-            for inputs in sent.iter().rev() {
-                in_flight.push(Some(ControlSequence { tick: Tick(0), inputs: inputs.clone() }));
-            }
-            in_flight.acknowledge(age, last_input);
-            let expected = in_flight.expected_inputs(gains);
-            gains.sequence(&state, &expected)
+        let run = |gains: &Gains<'_, T, NX, NU>| -> [SVector<T, NU>; N] {
+            let in_flight = lent::sent(N, sent.iter().rev().cloned().map(Some));
+            let (mut room, mut sequence) = ([SVector::zeros(); N], [SVector::zeros(); N]);
+            let expected = in_flight.fill_expected(gains, &Played::Known(age, last_input), &mut room);
+            gains.fill_sequence(&state, expected, &mut sequence);
+            sequence
         };
         let sequence = run(law);
         assert_eq!(sequence, run(at_run_time), "draw {draw}");
@@ -146,8 +143,8 @@ fn rustfmt_leaves_generated_source_as_it_is() {
 fn the_generated_single_precision_law_computes_what_the_solver_says() {
     let solution = solved(&paths()[0].0);
     let (lx, m) = (rounded(&solution.law.lx), rounded(&solution.law.m));
-    let arrival: std::vec::Vec<f32> = solution.law.arrival.iter().map(|&r| r as f32).collect();
-    let tables = Tables { lx: &lx, m: &m, arrival: &arrival };
+    let arrival: Vec<f32> = solution.law.arrival.iter().map(|&r| r as f32).collect();
+    let tables = Tables::check(&lx, &m, &arrival).unwrap();
     let at_run_time = Gains::<f32, 4, 1>::check(4, DefaultInput::Zero, tables).unwrap();
     assert_eq!(pendulum::GAINS, at_run_time);
     computes_what_the_solver_says::<_, 4, 1, 4>(&pendulum::GAINS, &at_run_time, &solution, 1e-6);
@@ -157,7 +154,7 @@ fn the_generated_single_precision_law_computes_what_the_solver_says() {
 fn the_generated_double_precision_law_computes_what_the_solver_says() {
     let solution = solved(&paths()[1].0);
     let (lx, m) = (rounded(&solution.law.lx), rounded(&solution.law.m));
-    let tables = Tables { lx: &lx, m: &m, arrival: &solution.law.arrival };
+    let tables = Tables::check(&lx, &m, &solution.law.arrival).unwrap();
     let at_run_time = Gains::<f64, 3, 2>::check(3, DefaultInput::Hold, tables).unwrap();
     assert_eq!(crane::GAINS, at_run_time);
     computes_what_the_solver_says::<_, 3, 2, 3>(&crane::GAINS, &at_run_time, &solution, 1e-13);
@@ -167,12 +164,12 @@ fn the_generated_double_precision_law_computes_what_the_solver_says() {
 fn the_generated_law_of_32_states_computes_what_the_solver_says() {
     let solution = solved(&paths()[5].0);
     let (lx, m) = (rounded(&solution.law.lx), rounded(&solution.law.m));
-    let arrival: std::vec::Vec<f32> = solution.law.arrival.iter().map(|&r| r as f32).collect();
-    let tables = Tables { lx: &lx, m: &m, arrival: &arrival };
+    let arrival: Vec<f32> = solution.law.arrival.iter().map(|&r| r as f32).collect();
+    let tables = Tables::check(&lx, &m, &arrival).unwrap();
     let at_run_time = Gains::<f32, 32, 1>::check(3, DefaultInput::Zero, tables).unwrap();
     assert_eq!(rope::GAINS, at_run_time);
     computes_what_the_solver_says::<_, 32, 1, 3>(&rope::GAINS, &at_run_time, &solution, 1e-6);
-    assert!(rope::Controller::new(rope::DESIGN, Tick(0)).is_ok());
+    assert!(rope::Controller::new(rope::DESIGN, Tick(0), rope::Memory::new().lend()).is_ok());
 }
 
 #[test]
@@ -194,22 +191,26 @@ fn the_generated_model_is_the_designs() {
 
 #[test]
 fn generated_nodes_close_the_loop() {
-    let mut controller =
-        pendulum::Controller::new(pendulum::DESIGN, Tick(0)).expect("it is made for the design");
-    let mut actuator = pendulum::Actuator::new(pendulum::ACTUATOR, Tick(0));
+    let (mut memory, mut of_actuator) = (pendulum::Memory::new(), pendulum::ACTUATOR_MEMORY);
+    let controller = pendulum::Controller::new(pendulum::DESIGN, Tick(0), memory.lend());
+    let mut controller = controller.expect("it is made for the design");
+    let mut actuator = pendulum::Actuator::new(pendulum::ACTUATOR, Tick(0), &mut of_actuator);
     let mut frame = [0; 256];
     let sent = controller.cycle(&mut frame).expect("a sequence of four inputs fits").expect("it is finite");
     actuator.receive(sent).expect("both ends are made for the same design");
-    let expected: Vec<_, 4> = pendulum::GAINS.sequence(&pendulum::MODEL.initial_mean, &[SVector::zeros(); 3]);
+    let mut expected = [SVector::zeros(); 4];
+    pendulum::GAINS.fill_sequence(&pendulum::MODEL.initial_mean, &[SVector::zeros(); 3], &mut expected);
     let applied = actuator.step();
     assert_eq!((applied.age, applied.input), (Age::Steps(0), expected[0]));
-    assert!(crane::Controller::new(crane::DESIGN, Tick(0)).is_ok());
+    assert!(crane::Controller::new(crane::DESIGN, Tick(0), crane::Memory::new().lend()).is_ok());
 }
 
 #[test]
 fn a_generated_estimator_reckons_with_all_that_may_have_been_played_until_it_is_told() {
-    let mut controller = winch::Controller::new(winch::DESIGN, Tick(0)).expect("it is made for the design");
-    let mut actuator = winch::Actuator::new(winch::ACTUATOR, Tick(0));
+    let (mut memory, mut of_actuator) = (winch::Memory::new(), winch::ACTUATOR_MEMORY);
+    let controller = winch::Controller::new(winch::DESIGN, Tick(0), memory.lend());
+    let mut controller = controller.expect("it is made for the design");
+    let mut actuator = winch::Actuator::new(winch::ACTUATOR, Tick(0), &mut of_actuator);
     let mut buffer = [0; 64];
     for _ in 0..2 {
         let sent = controller.cycle(&mut buffer).expect("three inputs fit").expect("they are finite");
@@ -217,9 +218,8 @@ fn a_generated_estimator_reckons_with_all_that_may_have_been_played_until_it_is_
         actuator.step();
     }
     // Nothing was acknowledged. Beside the packet of cycle 1 that of cycle 0 may have been played, or the default input.
-    let mut untold = controller.clone();
-    untold.cycle(&mut buffer).expect("three inputs fit").expect("they are finite");
-    let ages: std::vec::Vec<_> = untold.estimator().modes().expect("a cycle is over").iter().collect();
+    let untold = *controller.propose().posterior_mean;
+    let ages: Vec<_> = controller.estimator().modes().expect("a cycle is over").iter().collect();
     assert!(ages.iter().map(|(age, _)| *age).eq([Age::Steps(0), Age::Steps(1), Age::Empty]), "{ages:?}");
     assert!((ages[0].1 - winch::DESIGN.arrives_at_once).abs() < 1e-6, "{ages:?}");
 
@@ -229,5 +229,5 @@ fn a_generated_estimator_reckons_with_all_that_may_have_been_played_until_it_is_
     controller.receive(frame).expect("the last cycle is remembered");
     controller.cycle(&mut buffer).expect("three inputs fit").expect("they are finite");
     assert_eq!(controller.estimator().modes().and_then(|modes| modes.known()), Some(Age::Steps(0)));
-    assert_ne!(controller.estimator().posterior_mean(), untold.estimator().posterior_mean());
+    assert_ne!(*controller.estimator().posterior_mean(), untold);
 }

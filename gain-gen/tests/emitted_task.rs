@@ -10,7 +10,6 @@ use gain_gen::{
 use slqg::{
     Tick,
     nalgebra::{DVector, SVector},
-    tracking::Feedforward,
     wire,
 };
 use std::path::{Path, PathBuf};
@@ -72,7 +71,8 @@ fn each_cycle_has_the_law_of_the_finite_horizon_recursion() {
         for unit in 0..task::STATES + law.in_flight() {
             let state = SVector::from_fn(|row, _| if row == unit { 1.0 } else { 0.0 });
             let sent = [SVector::from([if unit >= task::STATES { 1.0 } else { 0.0 }])];
-            let sequence: heapless::Vec<_, 2> = law.sequence(&state, &sent);
+            let mut sequence = [SVector::zeros(); 2];
+            law.fill_sequence(&state, &sent, &mut sequence);
             let column = if unit < task::STATES { reference.lx.column(unit) } else { reference.m.column(0) };
             let rounded = DVector::from_iterator(2, column.iter().map(|&gain| gain as f32));
             assert!(sequence.iter().zip(rounded.iter()).all(|(found, gain)| found[0] == *gain));
@@ -82,20 +82,24 @@ fn each_cycle_has_the_law_of_the_finite_horizon_recursion() {
 
 #[test]
 fn a_controller_takes_the_laws_one_after_the_other() {
-    let mut controller = task::Controller::new(task::DESIGN, Tick(0)).expect("a design that fits");
+    let mut memory = task::Memory::new();
+    let mut controller =
+        task::Controller::new(task::DESIGN, Tick(0), memory.lend()).expect("a design that fits");
     let mut buffer = [0; 64];
     let mut first_inputs = Vec::new();
     for law in task::HORIZON {
         controller.set_gains(law).expect("laws of one length");
         let frame = controller.cycle(&mut buffer).expect("room").expect("a finite sequence");
-        let sequence = wire::decode_control::<f32, 1, 2>(frame).expect("a control frame");
+        let mut room = [SVector::<f32, 1>::zeros(); 2];
+        let sequence = wire::decode_control(frame, &mut room).expect("a control frame");
         first_inputs.push(sequence.inputs[0][0]);
     }
     assert_eq!(first_inputs.len(), task::CYCLES);
     assert!(first_inputs[0] < 0.0, "the plant starts at 10, 10");
     // In the last cycle only the weight of the next state is left; in the second input of a sequence nothing is.
     let last = task::HORIZON[task::CYCLES - 1];
-    let at_the_end: heapless::Vec<_, 2> = last.sequence(&SVector::from([1.0, 1.0]), &[SVector::from([1.0])]);
+    let mut at_the_end = [SVector::zeros(); 2];
+    last.fill_sequence(&SVector::from([1.0, 1.0]), &[SVector::from([1.0])], &mut at_the_end);
     assert_eq!(at_the_end[1][0], 0.0);
 }
 
@@ -103,17 +107,19 @@ fn a_controller_takes_the_laws_one_after_the_other() {
 fn a_controller_takes_the_feedforward_cycle_by_cycle() {
     let report = hoist();
     let expected = &report.task.as_ref().expect("a task").tracked.as_ref().expect("a set point").feedforward;
-    let mut controller =
-        tracking_task::Controller::new(tracking_task::DESIGN, Tick(0)).expect("a design that fits");
+    let mut memory = tracking_task::Memory::new();
+    let mut controller = tracking_task::Controller::new(tracking_task::DESIGN, Tick(0), memory.lend())
+        .expect("a design that fits");
     let mut buffer = [0; 64];
     for (cycle, inputs) in expected.iter().enumerate() {
         let law = tracking_task::HORIZON[cycle];
-        let feedforward: Feedforward<f64, 1, 3> = Feedforward::from_rows(&tracking_task::FEEDFORWARD[cycle]);
-        assert!(feedforward.inputs.iter().flat_map(|input| input.iter()).eq(inputs.iter()), "cycle {cycle}");
+        let feedforward = &tracking_task::FEEDFORWARD[cycle];
+        assert!(feedforward.iter().eq(inputs.iter()), "cycle {cycle}");
         controller.set_gains(law).expect("laws of one length");
-        controller.set_feedforward(feedforward).expect("finite");
+        controller.set_feedforward_rows(feedforward).expect("finite");
         let frame = controller.cycle(&mut buffer).expect("room").expect("a finite sequence");
-        let sequence = wire::decode_control::<f64, 1, 3>(frame).expect("a control frame");
+        let mut room = [SVector::<f64, 1>::zeros(); 3];
+        let sequence = wire::decode_control(frame, &mut room).expect("a control frame");
         if cycle == 0 {
             // The state is held to be zero, and nothing is in flight.
             assert!(sequence.inputs.iter().flat_map(|input| input.iter()).eq(inputs.iter()));

@@ -4,15 +4,16 @@
 use gain_gen::design::Design;
 use gain_gen::report::Report;
 use gain_gen::solve::Method;
+use slqg::checked::NonNegative;
 use slqg::event::{self, Candidate, Trigger};
-use slqg::in_flight::InFlight;
 use slqg::nalgebra::{DMatrix, SVector};
-use slqg::sequence::ControlSequence;
-use slqg::tracking::{Feedforward, Preview};
-use slqg::{DefaultInput, Scalar, Tick, actuator::Age, gains, gains::Gains, wire};
+use slqg::played::Played;
+use slqg::tracking::Preview;
+use slqg::{Age, DefaultInput, Scalar, Tick, gains, gains::Gains, wire};
 use std::path::Path;
 
 mod draws;
+mod lent;
 
 use draws::Draws;
 
@@ -52,30 +53,33 @@ fn drawn<T: Scalar>(
     gains: &Gains<'_, T, 2, 2>,
     preview: &Preview<'_, T, 2>,
     trigger: &Trigger<'_, T, 2, 2>,
-) -> (Feedforward<T, 2, 3>, T) {
+) -> (Vec<SVector<T, 2>>, T) {
     let mut draws = Draws(seed);
     let reference: Vec<SVector<T, 2>> = (0..1 + draws.below(6)).map(|_| draws.vector()).collect();
-    let feedforward: Feedforward<T, 2, 3> = preview.feedforward(&reference).expect("a reference");
-    let mut in_flight: InFlight<T, 2, 3, 2> = InFlight::default();
-    for cycle in 0..CYCLES {
-        let inputs = (0..3).map(|_| draws.vector()).collect();
-        let is_sent = draws.below(3) > 0;
-        in_flight.push(is_sent.then_some(ControlSequence { tick: Tick(cycle), inputs }));
-    }
+    let (mut forward, mut displaced) = ([SVector::zeros(); 3], [SVector::zeros(); 3]);
+    let feedforward =
+        preview.fill_feedforward(&reference, &mut forward, &mut displaced).expect("a reference");
+    let sequences = (0..CYCLES).map(|_| {
+        let inputs: Vec<_> = (0..3).map(|_| draws.vector()).collect();
+        (draws.below(3) > 0).then_some(inputs)
+    });
+    let in_flight = lent::sent(3, sequences.collect::<Vec<_>>());
     let age = if draws.below(4) == 0 { Age::Empty } else { Age::Steps(draws.below(3) as u8) };
-    in_flight.acknowledge(age, draws.vector());
+    let played = Played::Known(age, draws.vector());
     let state: SVector<T, 2> = draws.vector();
-    let expected = in_flight.expected_inputs(gains);
-    let mut inputs: heapless::Vec<_, 3> = gains.sequence(&state, &expected);
-    feedforward.add_to(&mut inputs);
+    let (mut room, mut inputs) = ([SVector::zeros(); 3], [SVector::zeros(); 3]);
+    let expected = in_flight.fill_expected(gains, &played, &mut room);
+    gains.fill_sequence(&state, expected, &mut inputs);
+    inputs.iter_mut().zip(feedforward.inputs).for_each(|(input, forward)| *input += forward);
     let candidate = Candidate {
         posterior_mean: &state,
-        expected: &expected,
+        expected,
         inputs: &inputs,
-        displaced: &feedforward.displaced,
+        displaced: feedforward.displaced,
+        played,
     };
-    let benefit = trigger.benefit(gains, &in_flight, candidate);
-    (feedforward, benefit)
+    let benefit = trigger.benefit(gains, &in_flight, &candidate, &mut [SVector::zeros(); 3]);
+    (feedforward.inputs.iter().chain(feedforward.displaced).copied().collect(), benefit)
 }
 
 #[test]
@@ -86,24 +90,25 @@ fn generated_feedforward_and_worth_are_the_librarys_to_the_bit() {
     let hold = DefaultInput::Hold;
 
     let (lx, m, arrival) = (rounded(&law.lx), rounded(&law.m), nearest(&law.arrival));
-    let gains =
-        Gains::<f32, 2, 2>::check(3, hold, gains::Tables { lx: &lx, m: &m, arrival: &arrival }).unwrap();
+    let gains = Gains::<f32, 2, 2>::check(3, hold, gains::Tables::check(&lx, &m, &arrival).unwrap()).unwrap();
     let (sequence, displaced) = (rounded(&found.sequence), rounded(&found.displaced));
-    let of_preview = slqg::tracking::Tables { sequence: &sequence, displaced: &displaced };
+    let of_preview = slqg::tracking::Tables::check(&sequence, &displaced).unwrap();
     let preview = Preview::<f32, 2>::check(3, hold, 2, found.samples, of_preview).unwrap();
     let (state, in_flight, sequence) =
         (nearest(&tables.state), nearest(&tables.in_flight), nearest(&tables.sequence));
-    let of_trigger = event::Tables { state: &state, in_flight: &in_flight, sequence: &sequence };
-    let trigger = Trigger::<f32, 2, 2>::check(3, hold, 3.0, of_trigger).unwrap();
+    let of_trigger = event::Tables::check(&state, &in_flight, &sequence).unwrap();
+    let trigger = Trigger::<f32, 2, 2>::check(3, hold, NonNegative::<f32>::new(3.0), of_trigger).unwrap();
     assert_eq!((lift::PREVIEW, lift::TRIGGER), (preview, trigger));
 
     let (lx, m) = (rounded(&law.lx), rounded(&law.m));
     let exact_gains =
-        Gains::<f64, 2, 2>::check(3, hold, gains::Tables { lx: &lx, m: &m, arrival: &law.arrival }).unwrap();
+        Gains::<f64, 2, 2>::check(3, hold, gains::Tables::check(&lx, &m, &law.arrival).unwrap()).unwrap();
     let (sequence, displaced) = (rounded(&found.sequence), rounded(&found.displaced));
-    let of_preview = slqg::tracking::Tables { sequence: &sequence, displaced: &displaced };
+    let of_preview = slqg::tracking::Tables::check(&sequence, &displaced).unwrap();
     let exact_preview = Preview::<f64, 2>::check(3, hold, 2, found.samples, of_preview).unwrap();
-    let exact_trigger = Trigger::<f64, 2, 2>::check(3, hold, 3.0, tables.as_tables()).unwrap();
+    let exact_trigger =
+        Trigger::<f64, 2, 2>::check(3, hold, NonNegative::<f64>::new(3.0), tables.as_tables().unwrap())
+            .unwrap();
 
     let (mut sent, mut kept) = (0, 0);
     for seed in 0..DRAWS as u64 {
@@ -111,7 +116,7 @@ fn generated_feedforward_and_worth_are_the_librarys_to_the_bit() {
         let (again, worth) = drawn(seed, &gains, &preview, &trigger);
         assert_eq!((&feedforward, benefit.to_bits()), (&again, worth.to_bits()), "draw {seed}");
         let (exact, worth) = drawn(seed, &exact_gains, &exact_preview, &exact_trigger);
-        for (found, exact) in feedforward.inputs.iter().zip(&exact.inputs) {
+        for (found, exact) in feedforward.iter().zip(&exact) {
             assert!((found.cast::<f64>() - exact).amax() < 1e-6, "draw {seed}: {found} {exact}");
         }
         assert!(
@@ -125,7 +130,9 @@ fn generated_feedforward_and_worth_are_the_librarys_to_the_bit() {
 
 #[test]
 fn a_generated_controller_sends_once_the_reference_makes_it_worth_a_packet() {
-    let mut controller = lift::Controller::new(lift::DESIGN, Tick(0)).expect("a design that fits");
+    let mut memory = lift::Memory::new();
+    let mut controller =
+        lift::Controller::new(lift::DESIGN, Tick(0), memory.lend()).expect("a design that fits");
     let mut buffer = [0; 128];
     assert_eq!(controller.cycle(&mut buffer), Ok(None), "all is where it is to be");
     assert_eq!(controller.counts().not_worth_sending, 1);
@@ -137,14 +144,18 @@ fn a_generated_controller_sends_once_the_reference_makes_it_worth_a_packet() {
 
 #[test]
 fn a_generated_controller_is_told_its_set_point_once() {
-    let mut controller = hoist::Controller::new(hoist::DESIGN, Tick(0)).expect("a design that fits");
+    let mut memory = hoist::Memory::new();
+    let mut controller =
+        hoist::Controller::new(hoist::DESIGN, Tick(0), memory.lend()).expect("a design that fits");
     controller.follow(&[hoist::SET_POINT]).expect("one tracked output");
     assert_eq!(hoist::SET_POINT.as_slice(), [1.5]);
-    let feedforward: Feedforward<f64, 1, 3> = hoist::PREVIEW.feedforward(&[hoist::SET_POINT]).unwrap();
+    let mut room = [SVector::zeros(); 3];
+    let feedforward = hoist::PREVIEW.fill_feedforward(&[hoist::SET_POINT], &mut room, &mut []).unwrap();
     assert!(feedforward.inputs[0][0] > 0.0);
     let mut buffer = [0; 64];
     let frame = controller.cycle(&mut buffer).expect("room").expect("a finite sequence");
-    let sequence = wire::decode_control::<f64, 1, 3>(frame).expect("a control frame");
+    let mut decoded = [SVector::<f64, 1>::zeros(); 3];
+    let sequence = wire::decode_control(frame, &mut decoded).expect("a control frame");
     // At the start the state is held to be zero, and nothing is in flight.
     assert_eq!(sequence.inputs, feedforward.inputs);
     assert!(feedforward.displaced.is_empty() && hoist::DESIGN.trigger.is_none());

@@ -5,14 +5,13 @@
 
 use crate::{
     contender::{Change, Contender},
-    monte_carlo::{Plan, Summary, mean, standard_error},
-    output::columns::{aligned, figure},
+    sample::{mean, standard_error},
 };
 use serde::Serialize;
 use slqg::tuning::Event;
 
 /// Cycles at which the windows end, in a run of `steps` cycles: the change, half of what is left after it, the end.
-fn ends(change: &Change, steps: usize) -> [usize; 3] {
+pub(crate) fn ends(change: &Change, steps: usize) -> [usize; 3] {
     let at = change.cycle.min(steps);
     [at, at + (steps - at) / 2, steps]
 }
@@ -98,33 +97,4 @@ impl Adaptation {
             kept: per_run(|run| run.kept),
         })
     }
-}
-
-/// The windows of several controllers as a table for people.
-pub fn table(change: &Change, plan: Plan, summaries: &[&Summary]) -> String {
-    let [at, settled, steps] = ends(change, plan.steps);
-    let head = [
-        "controller".to_string(),
-        format!("0..{at}"),
-        "std error".to_string(),
-        format!("{at}..{settled}"),
-        "std error".to_string(),
-        format!("{settled}..{steps}"),
-        "std error".to_string(),
-        "solved".to_string(),
-        "switched".to_string(),
-    ];
-    let row = |summary: &&Summary| {
-        let windows = summary.adaptation?;
-        let mut cells = vec![summary.controller.to_string()];
-        for WindowCost { mean_cost, std_error } in [windows.before, windows.adapting, windows.after] {
-            cells.extend([figure(mean_cost), figure(std_error)]);
-        }
-        cells.extend([windows.solutions, windows.switches].map(|count| format!("{count:.1}")));
-        Some(cells)
-    };
-    let rows: Vec<_> = std::iter::once(head.to_vec()).chain(summaries.iter().filter_map(row)).collect();
-    let told = "\nMean cost per cycle before the link to the actuator changes, while the controller may adapt, and after; solutions and
-switches per run.\n\n";
-    format!("{told}{}", aligned(&rows, 1))
 }

@@ -13,15 +13,14 @@ use crate::{
     contender::Contender,
     ends::{CoreEnds, Ends, frame_capacity},
     fitted::Fitted,
+    lent::Lent,
     network::Network,
     plant::PlantRun,
-    size_class::{LONGEST_SEQUENCE, SimScalar},
 };
 use gain_gen::design::Acknowledgement;
 use record::Arrivals;
 use slqg::{
-    Tick,
-    estimator::Merging,
+    Scalar, Tick,
     wire::{self, Measurement},
 };
 
@@ -60,7 +59,7 @@ pub struct RunPlan {
 ///
 /// # Panics
 /// As [`run_over`].
-pub fn run<T: SimScalar, const NX: usize, const NU: usize, const NY: usize>(
+pub fn run<T: Scalar, const NX: usize, const NU: usize, const NY: usize>(
     fitted: &Fitted<T, NX, NU, NY>,
     contender: &Contender,
     plan: RunPlan,
@@ -74,31 +73,15 @@ pub fn run<T: SimScalar, const NX: usize, const NU: usize, const NY: usize>(
 ///
 /// # Panics
 /// If the fitted controller's tables are no gains, which [`Fitted::design`] tells beforehand.
-pub fn run_over<T: SimScalar, const NX: usize, const NU: usize, const NY: usize>(
+pub fn run_over<T: Scalar, const NX: usize, const NU: usize, const NY: usize>(
     fitted: &Fitted<T, NX, NU, NY>,
     contender: &Contender,
     plan: RunPlan,
     network: &mut Network<T, NU, NY>,
     record: impl FnMut(Snapshot<'_, T, NX, NU>),
 ) -> RunResult {
-    // Room for estimates only where they are kept apart.
-    match contender.merging {
-        Merging::Single => run_with::<T, NX, NU, NY, 1>(fitted, contender, plan, network, record),
-        Merging::Imm | Merging::Gpb2 => {
-            run_with::<T, NX, NU, NY, { LONGEST_SEQUENCE + 1 }>(fitted, contender, plan, network, record)
-        }
-    }
-}
-
-fn run_with<T: SimScalar, const NX: usize, const NU: usize, const NY: usize, const E: usize>(
-    fitted: &Fitted<T, NX, NU, NY>,
-    contender: &Contender,
-    plan: RunPlan,
-    network: &mut Network<T, NU, NY>,
-    record: impl FnMut(Snapshot<'_, T, NX, NU>),
-) -> RunResult {
-    let mut memory = fitted.tuning_memory();
-    let mut ends = CoreEnds::<T, NX, NU, NY, E>::new(fitted, contender, &mut memory);
+    let mut memory = Lent::for_ends(fitted).expect("checked before the first run");
+    let mut ends = CoreEnds::new(fitted, contender, &mut memory);
     let Ok(result) = run_ends(fitted, contender, plan, network, &mut ends, record);
     result
 }
@@ -107,7 +90,7 @@ fn run_with<T: SimScalar, const NX: usize, const NU: usize, const NY: usize, con
 ///
 /// # Errors
 /// If an end stops.
-pub fn run_ends<T: SimScalar, const NX: usize, const NU: usize, const NY: usize, X: Ends<T, NX, NU>>(
+pub fn run_ends<T: Scalar, const NX: usize, const NU: usize, const NY: usize, X: Ends<T, NX, NU>>(
     fitted: &Fitted<T, NX, NU, NY>,
     contender: &Contender,
     plan: RunPlan,

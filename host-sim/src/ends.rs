@@ -6,14 +6,15 @@
 use crate::{
     contender::Contender,
     decision::Decision,
-    fitted::{Fitted, Following, Unfit},
-    size_class::{LONGEST_SEQUENCE, MEMORY, SimScalar},
+    fitted::{Fitted, Following},
+    lent::Lent,
+    size_class::LONGEST_SEQUENCE,
 };
 use nalgebra::{SMatrix, SVector};
 use slqg::{
-    Tick,
+    Scalar, Tick,
     actuator::{Actuator, Applied},
-    controller::{Controller, Design, Law},
+    controller::{Controller, Law},
     tuning, wire,
 };
 use std::convert::Infallible;
@@ -22,7 +23,7 @@ use std::convert::Infallible;
 pub type Played<'e, T, const NU: usize> = (Applied<T, NU>, Option<&'e [u8]>);
 
 /// Controller and actuator, with frames between them and the links.
-pub trait Ends<T: SimScalar, const NX: usize, const NU: usize> {
+pub trait Ends<T: Scalar, const NX: usize, const NU: usize> {
     /// Why they stopped.
     type Error;
     /// Cycle `cycle` begins, before anything arrives.
@@ -62,41 +63,49 @@ pub trait Ends<T: SimScalar, const NX: usize, const NU: usize> {
 }
 
 /// The core's ends, in this process.
-pub struct CoreEnds<'f, 'w, T: SimScalar, const NX: usize, const NU: usize, const NY: usize, const E: usize> {
+pub struct CoreEnds<'f, T: Scalar, const NX: usize, const NU: usize, const NY: usize> {
     fitted: &'f Fitted<T, NX, NU, NY>,
     contender: &'f Contender,
-    controller: Controller<'f, T, NX, NU, NY, LONGEST_SEQUENCE, MEMORY, E>,
-    decision: Decision<'f, T, NX, NU>,
-    following: Following<'f, 'w, T, NX, NU>,
+    controller: Controller<'f, T, NX, NU, NY>,
+    decision: Decision<T, NU>,
+    following: Following<'f, T, NX, NU>,
     tuning: Option<tuning::Event<T>>,
-    actuator: Actuator<T, NU, LONGEST_SEQUENCE>,
+    actuator: Actuator<'f, T, NU>,
     frame: Vec<u8>,
 }
 
-impl<'f, 'w, T: SimScalar, const NX: usize, const NU: usize, const NY: usize, const E: usize>
-    CoreEnds<'f, 'w, T, NX, NU, NY, E>
-{
-    /// Ends whose first cycle is 0. `memory`: from [`Fitted::tuning_memory`].
+impl<'f, T: Scalar, const NX: usize, const NU: usize, const NY: usize> CoreEnds<'f, T, NX, NU, NY> {
+    /// Ends whose first cycle is 0. `memory` is for these ends.
     ///
     /// # Panics
     /// If the fitted controller's tables are no gains, which [`Fitted::design`] tells beforehand.
-    pub fn new(fitted: &'f Fitted<T, NX, NU, NY>, contender: &'f Contender, memory: &'w mut [T]) -> Self {
+    pub fn new(
+        fitted: &'f Fitted<T, NX, NU, NY>,
+        contender: &'f Contender,
+        memory: &'f mut Lent<T, NX, NU, NY>,
+    ) -> Self {
         let design = fitted.design().expect("checked before the first run");
+        let (of_controller, of_actuator, of_tuner) = memory.lend();
+        let mut controller =
+            Controller::new(design, Tick(0), of_controller).expect("memory was made for this design");
+        controller.round_age(contender.rounds_age);
         Self {
             fitted,
             contender,
-            controller: controller(fitted.design(), contender, Tick(0)),
+            controller,
             decision: Decision::new(fitted),
-            following: fitted.following(&design, memory).expect("checked before the first run"),
+            following: fitted.following(&design, of_tuner).expect("checked before the first run"),
             tuning: None,
-            actuator: actuator(fitted, Tick(0)),
+            actuator: Actuator::new(design.actuator, Tick(0), of_actuator),
             frame: vec![0; frame_capacity::<T>(NU, NY)],
         }
     }
 
     /// The controller has lost its memory and begins anew with cycle `tick`, as one that joins a loop that runs.
     pub fn restart_controller(&mut self, tick: Tick) {
-        self.controller = controller(self.fitted.joining_design(), self.contender, tick);
+        let design = self.fitted.joining_design().expect("checked before the first run");
+        self.controller.restart(design, tick).expect("the same design but for where it begins");
+        self.controller.round_age(self.contender.rounds_age);
         self.decision = Decision::new(self.fitted);
         if let Following::Told(..) = self.following {
             self.following = Following::Nothing;
@@ -110,38 +119,19 @@ impl<'f, 'w, T: SimScalar, const NX: usize, const NU: usize, const NY: usize, co
 
     /// The actuator has lost its memory and begins anew with cycle `tick`.
     pub fn restart_actuator(&mut self, tick: Tick) {
-        self.actuator = actuator(self.fitted, tick);
+        self.actuator.restart(tick);
     }
 }
 
-fn controller<'f, T: SimScalar, const NX: usize, const NU: usize, const NY: usize, const E: usize>(
-    design: Result<Design<'f, T, NX, NU, NY>, Unfit>,
-    contender: &Contender,
-    tick: Tick,
-) -> Controller<'f, T, NX, NU, NY, LONGEST_SEQUENCE, MEMORY, E> {
-    let design = design.expect("checked before the first run");
-    let mut controller =
-        Controller::new(design, tick).expect("every law that fits the size class fits the controller");
-    controller.round_age(contender.rounds_age);
-    controller
-}
-
-fn actuator<T: SimScalar, const NX: usize, const NU: usize, const NY: usize>(
-    fitted: &Fitted<T, NX, NU, NY>,
-    tick: Tick,
-) -> Actuator<T, NU, LONGEST_SEQUENCE> {
-    Actuator::new(fitted.design().expect("checked before the first run").actuator, tick)
-}
-
 /// Bytes of the longest frame between ends of a size class.
-pub fn frame_capacity<T: SimScalar>(inputs: usize, outputs: usize) -> usize {
+pub fn frame_capacity<T: Scalar>(inputs: usize, outputs: usize) -> usize {
     wire::control_len(inputs, LONGEST_SEQUENCE, T::BYTES)
         .max(wire::measurement_len(outputs, T::BYTES))
         .max(wire::LONGEST_ACKNOWLEDGEMENT)
 }
 
-impl<T: SimScalar, const NX: usize, const NU: usize, const NY: usize, const E: usize> Ends<T, NX, NU>
-    for CoreEnds<'_, '_, T, NX, NU, NY, E>
+impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize> Ends<T, NX, NU>
+    for CoreEnds<'_, T, NX, NU, NY>
 {
     type Error = Infallible;
 

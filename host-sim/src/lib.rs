@@ -24,8 +24,10 @@
 //! | [`bus_report`] | load of a bus, and what became of the frames on it |
 //! | [`figures`] | the thesis' figures, recomputed |
 //! | [`identify`] | options of the command that reads logs of a link |
+//! | [`lent`] | memory for the core's ends |
 //! | [`node`] | the same loop in real time, as processes that pass each other datagrams |
 //! | [`pil`] | the same loop with controller and actuator on boards in an emulator |
+//! | [`sample`] | mean, standard error and quantiles |
 //! | [`output`] | the table, the JSON and the report with pictures |
 //!
 //! Same design, same seed: same numbers, on any number of threads.
@@ -40,6 +42,7 @@ pub mod ends;
 pub mod figures;
 pub mod fitted;
 pub mod identify;
+pub mod lent;
 pub mod losses;
 pub mod monte_carlo;
 pub mod network;
@@ -51,5 +54,6 @@ pub mod plant;
 pub mod random;
 pub mod recovery;
 pub mod robustness;
+pub mod sample;
 pub mod size_class;
 pub mod sweep;

@@ -1,10 +1,6 @@
 //! How often a loop under input limits is lost: runs that leave the states from which inputs within the limits lead back.
 
-use crate::{
-    closed_loop::RunResult,
-    monte_carlo::{Plan, Summary},
-    output::columns::{aligned, figure},
-};
+use crate::closed_loop::RunResult;
 use serde::Serialize;
 
 /// Standard deviations of the normal distribution that 95 % are within.
@@ -56,25 +52,6 @@ fn poisson_interval(count: usize) -> (f64, f64) {
         return (0.0, -0.025_f64.ln());
     }
     (half_quantile(2.0 * count, -WITHIN), half_quantile(2.0 * count + 2.0, WITHIN))
-}
-
-/// The losses of several controllers as a table for people; nothing where inputs have no limits.
-pub fn table(plan: Plan, summaries: &[&Summary]) -> String {
-    let row = |summary: &&Summary| {
-        let Losses { lost, hours, per_hour, per_hour_lower, per_hour_upper } = summary.losses?;
-        let figures = [hours, per_hour, per_hour_lower, per_hour_upper].map(|value| figure(Some(value)));
-        let names = [summary.controller.to_string(), format!("{lost} of {}", plan.runs)];
-        Some(names.into_iter().chain(figures).collect::<Vec<_>>())
-    };
-    let rows: Vec<Vec<String>> = summaries.iter().filter_map(row).collect();
-    if rows.is_empty() {
-        return String::new();
-    }
-    let head = ["controller", "lost", "hours", "lost per hour", "95 % from", "to"].map(str::to_string);
-    let table = aligned(&[vec![head.to_vec()], rows].concat(), 1);
-    format!(
-        "\nLost: beyond what inputs within their limits bring back. Hours of operation until then, of all runs together.\n\n{table}"
-    )
 }
 
 #[cfg(test)]

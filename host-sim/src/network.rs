@@ -7,9 +7,10 @@ use crate::{
     carrier::Carrier,
     contender::Contender,
     random::{Purpose, stream},
-    size_class::{LONGEST_SEQUENCE, SimScalar},
+    size_class::LONGEST_SEQUENCE,
 };
 use gain_gen::design::Acknowledgement;
+use slqg::Scalar;
 use slqg::wire::LONGEST_ACKNOWLEDGEMENT;
 use slqg_links::{
     link::Link,
@@ -46,7 +47,7 @@ pub struct Network<T, const NU: usize, const NY: usize> {
     other: Option<(u64, Box<Path>)>,
 }
 
-impl<T: SimScalar, const NU: usize, const NY: usize> Network<T, NU, NY> {
+impl<T: Scalar, const NU: usize, const NY: usize> Network<T, NU, NY> {
     /// The contender's links with nothing under way; `seed` and `run` pick the random numbers.
     ///
     /// # Panics

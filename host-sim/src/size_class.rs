@@ -5,15 +5,7 @@
 //! tracked outputs as states. The padding itself is done in [`crate::fitted`].
 
 use gain_gen::design::{Design, DeviceScalar, Misfit};
-use slqg::{
-    DefaultInput, Scalar,
-    estimator::MOST_STATES,
-    event,
-    event::{InvalidTrigger, Trigger},
-    gains::{Gains, InvalidGains, Tables},
-    tracking,
-    tracking::{InvalidPreview, Preview},
-};
+use slqg::{Scalar, estimator::MOST_STATES};
 
 /// Most inputs a simulated sequence may have: the capacity of every class.
 pub const LONGEST_SEQUENCE: usize = 32;
@@ -53,83 +45,12 @@ pub enum TooLarge {
     Frames(#[from] Misfit),
 }
 
-/// Scalars whose tables can be checked; bridges the core's per-type constructors.
-pub trait SimScalar: Scalar {
-    /// [`Gains::check`] for this scalar.
-    ///
-    /// # Errors
-    /// Says why the tables are no gains.
-    fn check_gains<'a, const NX: usize, const NU: usize>(
-        length: usize,
-        default_input: DefaultInput,
-        tables: Tables<'a, Self>,
-    ) -> Result<Gains<'a, Self, NX, NU>, InvalidGains>;
-
-    /// [`Preview::check`] for this scalar.
-    ///
-    /// # Errors
-    /// Says why the tables are no preview gains.
-    fn check_preview<'a, const NU: usize>(
-        length: usize,
-        default_input: DefaultInput,
-        outputs: usize,
-        samples: usize,
-        tables: tracking::Tables<'a, Self>,
-    ) -> Result<Preview<'a, Self, NU>, InvalidPreview>;
-
-    /// [`Trigger::check`] for this scalar.
-    ///
-    /// # Errors
-    /// Says why the tables are no trigger.
-    fn check_trigger<'a, const NX: usize, const NU: usize>(
-        length: usize,
-        default_input: DefaultInput,
-        send_cost: Self,
-        tables: event::Tables<'a, Self>,
-    ) -> Result<Trigger<'a, Self, NX, NU>, InvalidTrigger>;
-}
-
-macro_rules! sim_scalar {
-    ($scalar:ty) => {
-        impl SimScalar for $scalar {
-            fn check_gains<'a, const NX: usize, const NU: usize>(
-                length: usize,
-                default_input: DefaultInput,
-                tables: Tables<'a, Self>,
-            ) -> Result<Gains<'a, Self, NX, NU>, InvalidGains> {
-                Gains::<$scalar, NX, NU>::check(length, default_input, tables)
-            }
-
-            fn check_preview<'a, const NU: usize>(
-                length: usize,
-                default_input: DefaultInput,
-                outputs: usize,
-                samples: usize,
-                tables: tracking::Tables<'a, Self>,
-            ) -> Result<Preview<'a, Self, NU>, InvalidPreview> {
-                Preview::<$scalar, NU>::check(length, default_input, outputs, samples, tables)
-            }
-
-            fn check_trigger<'a, const NX: usize, const NU: usize>(
-                length: usize,
-                default_input: DefaultInput,
-                send_cost: Self,
-                tables: event::Tables<'a, Self>,
-            ) -> Result<Trigger<'a, Self, NX, NU>, InvalidTrigger> {
-                Trigger::<$scalar, NX, NU>::check(length, default_input, send_cost, tables)
-            }
-        }
-    };
-}
-sim_scalar!(f32);
-sim_scalar!(f64);
-
 /// Work to be done in a size class.
 pub trait InSizeClass {
     /// What comes of it.
     type Output;
     /// Does it with the core's types of this class.
-    fn run<T: SimScalar, const NX: usize, const NU: usize, const NY: usize>(self) -> Self::Output;
+    fn run<T: Scalar, const NX: usize, const NU: usize, const NY: usize>(self) -> Self::Output;
 }
 
 /// Checks that some class holds the design, without doing anything in it.
@@ -140,7 +61,7 @@ pub fn check(design: &Design) -> Result<(), TooLarge> {
     struct Nothing;
     impl InSizeClass for Nothing {
         type Output = ();
-        fn run<T: SimScalar, const NX: usize, const NU: usize, const NY: usize>(self) {}
+        fn run<T: Scalar, const NX: usize, const NU: usize, const NY: usize>(self) {}
     }
     dispatch(design, Nothing)
 }

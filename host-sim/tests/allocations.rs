@@ -5,8 +5,8 @@ use host_sim::{
     closed_loop::{RunPlan, run},
     contender::{Contender, Kind},
     fitted::Fitted,
-    size_class::SimScalar,
 };
+use slqg::Scalar;
 use std::{
     alloc::{GlobalAlloc, Layout, System},
     cell::Cell,
@@ -43,7 +43,7 @@ const DRIVE: &str = include_str!("../../designs/drive_event.toml");
 const LONG: usize = 1000;
 
 /// Allocations of one run of each length, 100 cycles and 1000.
-fn allocations<T: SimScalar, const NX: usize, const NU: usize, const NY: usize>(
+fn allocations<T: Scalar, const NX: usize, const NU: usize, const NY: usize>(
     kind: Kind,
     text: &str,
 ) -> [u64; 2] {

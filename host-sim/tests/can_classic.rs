@@ -5,7 +5,8 @@ use gain_gen::design::{Design, Steps, WireSettings};
 use gain_gen::report::Report;
 use gain_gen::solve::Method;
 use host_sim::contender::{Contender, Kind};
-use host_sim::monte_carlo::{Plan, Simulate, mean, standard_error};
+use host_sim::monte_carlo::{Plan, Simulate};
+use host_sim::sample::{mean, standard_error};
 use host_sim::size_class::{TooLarge, check};
 
 const PLAN: Plan = Plan { runs: 100, steps: 200, seed: 1 };

@@ -9,7 +9,8 @@ use host_sim::{
     closed_loop::{RunPlan, run},
     contender::{Contender, DEFAULT_DEADBAND, Kind},
     fitted::Fitted,
-    monte_carlo::{Outcome, Plan, Simulate, mean, standard_error},
+    monte_carlo::{Outcome, Plan, Simulate},
+    sample::{mean, standard_error},
 };
 use serde_json::Value;
 use slqg::DefaultInput;

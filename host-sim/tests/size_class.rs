@@ -6,10 +6,12 @@ use host_sim::{
     closed_loop::{RunPlan, run},
     contender::{Contender, Kind},
     fitted::Fitted,
-    monte_carlo::{Plan, Simulate, mean, standard_error},
-    size_class::{self, SimScalar},
+    monte_carlo::{Plan, Simulate},
+    sample::{mean, standard_error},
+    size_class::{self},
 };
 use nalgebra::DMatrix;
+use slqg::Scalar;
 
 const PENDULUM: &str = include_str!("../../designs/pendulum.toml");
 const PENDULUM_EVENT: &str = include_str!("../../designs/pendulum_event.toml");
@@ -17,7 +19,7 @@ const DRIVE: &str = include_str!("../../designs/drive_tracking.toml");
 const STEPS: usize = 100;
 const DOUBLE_INTEGRATOR: &str = include_str!("../../designs/double_integrator_bad.toml");
 
-fn costs<T: SimScalar, const NX: usize, const NU: usize, const NY: usize>(text: &str) -> Vec<u64> {
+fn costs<T: Scalar, const NX: usize, const NU: usize, const NY: usize>(text: &str) -> Vec<u64> {
     let design = Design::parse(text, "design.toml").expect("a design");
     let contender = Contender::new(Kind::Slqg, &design, STEPS).expect("a stabilised loop");
     let fitted = Fitted::<T, NX, NU, NY>::new(&design, &contender);

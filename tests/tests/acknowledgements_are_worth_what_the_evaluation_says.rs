@@ -3,7 +3,8 @@
 use gain_gen::design::{Acknowledgement, DelayDistribution, Design, Link};
 use host_sim::{
     contender::{Contender, Kind},
-    monte_carlo::{Outcome, Plan, Simulate, mean, standard_error},
+    monte_carlo::{Outcome, Plan, Simulate},
+    sample::{mean, standard_error},
 };
 use slqg::estimator::Merging;
 

@@ -6,7 +6,7 @@ use host_sim::{
     closed_loop::{RunPlan, run},
     contender::{Contender, Kind},
     fitted::Fitted,
-    monte_carlo::{mean, standard_error},
+    sample::{mean, standard_error},
 };
 use slqg::estimator::Merging;
 

@@ -3,7 +3,8 @@
 use gain_gen::{design::Design, report::Report, solve::Method};
 use host_sim::{
     contender::{Contender, Kind},
-    monte_carlo::{Plan, Simulate, mean, standard_error},
+    monte_carlo::{Plan, Simulate},
+    sample::{mean, standard_error},
 };
 
 const RUNS: usize = 1000;

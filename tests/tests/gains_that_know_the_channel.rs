@@ -7,7 +7,8 @@ use gain_gen::{
 };
 use host_sim::{
     contender::{Contender, Kind},
-    monte_carlo::{Plan, Simulate, mean, standard_error},
+    monte_carlo::{Plan, Simulate},
+    sample::{mean, standard_error},
 };
 use nalgebra::DMatrix;
 use rand::{Rng, SeedableRng};

@@ -6,9 +6,10 @@ use gain_gen::{
 };
 use host_sim::{
     contender::{Contender, Kind},
-    monte_carlo::{Outcome, Plan, Simulate, mean, standard_error},
+    monte_carlo::{Outcome, Plan, Simulate},
     output::columns::figure,
     robustness::Robustness,
+    sample::{mean, standard_error},
 };
 
 const PAGE: &str = include_str!("../../docs/links.md");

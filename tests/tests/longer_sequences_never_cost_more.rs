@@ -3,7 +3,8 @@
 use gain_gen::design::Design;
 use host_sim::{
     contender::{Contender, Kind},
-    monte_carlo::{Plan, Simulate, mean},
+    monte_carlo::{Plan, Simulate},
+    sample::mean,
 };
 
 const GOOD: &str = include_str!("../../designs/double_integrator.toml");

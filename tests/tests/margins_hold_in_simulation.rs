@@ -10,7 +10,8 @@ use gain_gen::{
 };
 use host_sim::{
     contender::{Contender, Kind},
-    monte_carlo::{Plan, Simulate, mean},
+    monte_carlo::{Plan, Simulate},
+    sample::mean,
 };
 
 const CRITICAL: &str = include_str!("../../designs/critical.toml");

@@ -3,7 +3,8 @@
 use gain_gen::design::{Design, Event};
 use host_sim::{
     contender::{Contender, ContenderError, Kind},
-    monte_carlo::{Outcome, Plan, Simulate, mean, standard_error},
+    monte_carlo::{Outcome, Plan, Simulate},
+    sample::{mean, standard_error},
 };
 
 const GOOD: &str = include_str!("../../designs/pendulum_event.toml");

@@ -26,8 +26,10 @@ fn every_snippet_of_the_readme_is_compiled() {
 
 #[test]
 fn the_snippets_bring_the_plant_to_its_reference() {
-    let mut controller = motor::Controller::new(motor::DESIGN, Tick(0)).expect("a design");
-    let mut actuator = motor::Actuator::new(motor::ACTUATOR, Tick(0));
+    let (mut memory, mut of_actuator) = (motor::Memory::new(), motor::ACTUATOR_MEMORY);
+    let controller = motor::Controller::new(motor::DESIGN, Tick(0), memory.lend());
+    let mut controller = controller.expect("a design");
+    let mut actuator = motor::Actuator::new(motor::ACTUATOR, Tick(0), &mut of_actuator);
     let mut state = motor::MODEL.initial_mean;
     let ahead = [Sample::repeat(1.0)];
     let (mut sequence, mut told) = (Vec::new(), Vec::new());

@@ -10,12 +10,12 @@ use proptest::prelude::*;
 use proptest::strategy::ValueTree;
 use proptest::test_runner::TestRunner;
 use slqg::{
-    DefaultInput, Tick,
-    actuator::Age,
+    Age, DefaultInput, Tick,
+    checked::NonNegative,
     event::{Candidate, Trigger},
     gains::{Gains, Tables},
     in_flight::InFlight,
-    sequence::ControlSequence,
+    played::Played,
 };
 
 const STATES: usize = 3;
@@ -106,34 +106,34 @@ impl Known {
         }
     }
 
-    /// As a controller remembers it.
-    fn in_flight(&self) -> InFlight<f64, INPUTS, LONGEST, 1> {
+    /// As a controller remembers it, and what was played.
+    fn in_flight(&self) -> (InFlight<'static, f64, INPUTS>, Played<'static, f64, INPUTS>) {
         let length = self.packets.len();
-        let mut in_flight = InFlight::default();
+        let (sent, inputs) = (vec![false; length + 1], vec![SVector::zeros(); (length + 1) * length]);
+        let first = NOW - (length as u32 - 1);
+        let mut in_flight = InFlight::new(length, first, sent.leak(), inputs.leak());
         for age in (1..length).rev() {
-            let sequence = ControlSequence {
-                tick: NOW - age as u32,
-                inputs: self.packets[age - 1].iter().copied().collect(),
-            };
-            in_flight.push(self.was_sent[age - 1].then_some(sequence));
+            in_flight.candidate().copy_from_slice(&self.packets[age - 1]);
+            in_flight.push(self.was_sent[age - 1]);
         }
         let age = if self.age < length { Age::Steps(self.age as u8) } else { Age::Empty };
-        in_flight.acknowledge(age, self.last_input);
-        in_flight
+        (in_flight, Played::Known(age, self.last_input))
     }
 }
 
 /// The benefit as a device computes it, in `f64`.
 fn benefit(gains: &Gains<'_, f64, STATES, INPUTS>, tables: &TriggerTables, known: &Known) -> f64 {
-    let trigger =
-        Trigger::<f64, STATES, INPUTS>::check(gains.length(), gains.default_input(), 1.0, tables.as_tables())
-            .expect("tables of the right shape");
-    let in_flight = known.in_flight();
-    let expected = in_flight.expected_inputs(gains);
-    let inputs = gains.sequence::<LONGEST>(&known.state, &expected);
-    let candidate =
-        Candidate { posterior_mean: &known.state, expected: &expected, inputs: &inputs, displaced: &[] };
-    trigger.benefit(gains, &in_flight, candidate)
+    let tables = tables.as_tables().expect("finite tables");
+    let price = NonNegative::<f64>::new(1.0);
+    let trigger = Trigger::<f64, STATES, INPUTS>::check(gains.length(), gains.default_input(), price, tables)
+        .expect("tables of the right shape");
+    let (in_flight, played) = known.in_flight();
+    let [mut room, mut inputs, mut scratch] = [[SVector::zeros(); LONGEST]; 3];
+    let expected = in_flight.fill_expected(gains, &played, &mut room);
+    gains.fill_sequence(&known.state, expected, &mut inputs);
+    let inputs = &inputs[..gains.length()];
+    let candidate = Candidate { posterior_mean: &known.state, expected, inputs, displaced: &[], played };
+    trigger.benefit(gains, &in_flight, &candidate, &mut scratch)
 }
 
 fn agrees(default_input: DefaultInput) {
@@ -151,7 +151,7 @@ fn agrees(default_input: DefaultInput) {
             loops += 1;
             let law = &solution.law;
             let (lx, m) = (law.lx.transpose(), law.m.transpose());
-            let arrays = Tables { lx: lx.as_slice(), m: m.as_slice(), arrival: &law.arrival };
+            let arrays = Tables::check(lx.as_slice(), m.as_slice(), &law.arrival).expect("numbers");
             let gains = Gains::<f64, STATES, INPUTS>::check(length, default_input, arrays).expect("gains");
             for _ in 0..SITUATIONS {
                 let known = knowns(length).new_tree(&mut runner).expect("a situation").current();

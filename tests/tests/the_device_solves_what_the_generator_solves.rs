@@ -57,7 +57,7 @@ fn device<T: Scalar, const NX: usize, const NU: usize>(
     let (rows, expected) = (dimensions.sequence_rows(), dimensions.in_flight_rows());
     let mut memory = vec![T::zero(); workspace_len(&dimensions)];
     let mut solver =
-        Solver::<T, NX, NU, 16>::new(&model, basis, MOST_STEPS, &mut memory).expect("slices that fit");
+        Solver::<T, NX, NU>::new(&model, basis, MOST_STEPS, &mut memory).expect("slices that fit");
     let mut found = Vec::new();
     for link in links {
         solver.begin(&survival(link));

@@ -83,15 +83,25 @@ macro_rules! case {
         mod $name {
             include!(concat!(env!("OUT_DIR"), "/", stringify!($name), ".rs"));
 
-            pub(super) fn run<const ESTIMATES: usize>(
+            slqg::controller_memory! {
+                /// Memory for any way of merging.
+                struct Wide: Scalar, STATES, INPUTS, OUTPUTS;
+                slqg::controller::Sizes::of(SEQUENCE_LENGTH, HISTORY, SEQUENCE_LENGTH + 1)
+            }
+
+            pub(super) fn run<const KEPT: usize>(
                 clock: fn() -> u32,
                 merging: super::Merging,
                 feedback: super::Feedback,
             ) -> super::Outcome {
                 let design = super::Design { merging, ..DESIGN };
                 let (tracked, plateau) = ($tracked, $plateau);
-                super::Loop { design, actuator: ACTUATOR, tracked, plateau, feedback }
-                    .run::<SEQUENCE_LENGTH, HISTORY, ESTIMATES>(clock)
+                let looped = super::Loop { design, actuator: ACTUATOR, tracked, plateau, feedback };
+                let mut of_actuator = ACTUATOR_MEMORY;
+                match merging {
+                    super::Merging::Single => looped.run(Memory::new().lend(), &mut of_actuator, clock),
+                    _ => looped.run(Wide::new().lend(), &mut of_actuator, clock),
+                }
             }
         }
     };

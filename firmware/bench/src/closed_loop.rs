@@ -11,7 +11,7 @@ use heapless::Vec;
 use slqg::{
     Tick,
     actuator::{Actuator, Settings},
-    controller::{Controller, Design},
+    controller::{Controller, Design, Memory},
     nalgebra::SVector,
     wire::{self, Measurement},
 };
@@ -127,15 +127,20 @@ impl<const NX: usize, const NU: usize, const NY: usize, const NZ: usize> Loop<NX
     ///
     /// # Panics
     /// If the generated design does not fit its own types, which the generator rules out.
-    pub(crate) fn run<const N: usize, const H: usize, const E: usize>(&self, clock: fn() -> u32) -> Outcome {
+    pub(crate) fn run(
+        &self,
+        memory: Memory<'_, f32, NX, NU, NY>,
+        of_actuator: &mut [SVector<f32, NU>],
+        clock: fn() -> u32,
+    ) -> Outcome {
         let checksum = Crc::<u32>::new(&CRC_32_ISCSI);
         let mut digest = checksum.digest();
         let start = Tick(0);
-        let Ok(mut controller) = Controller::<f32, NX, NU, NY, N, H, E>::new(self.design, start) else {
+        let Ok(mut controller) = Controller::new(self.design, start, memory) else {
             panic!("the generated design does not fit its controller");
         };
         let model = self.design.model;
-        let mut actuator = Actuator::<f32, NU, N>::new(self.actuator, start);
+        let mut actuator = Actuator::new(self.actuator, start, of_actuator);
         let mut sensor_link = ScriptedLink::new(&SENSOR_SCRIPT);
         let mut actuator_link = ScriptedLink::new(&ACTUATOR_SCRIPT);
         let mut buffer = [0; FRAME_CAPACITY];

@@ -5,57 +5,14 @@
 
 use crate::{
     Scalar, Tick,
+    played::{Age, DefaultInput},
     sequence::ControlSequence,
     wire::{self, Acknowledgement, MOST_AGES},
 };
 use heapless::HistoryBuf;
 use nalgebra::SVector;
 
-/// What the actuator applies when its buffer has run out.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum DefaultInput {
-    /// Zero input, thesis (3.9).
-    Zero,
-    /// The input applied last, thesis 3.6.1.
-    Hold,
-}
-
-impl DefaultInput {
-    /// In-flight inputs the control law for sequences of `length` inputs takes, `n_v`. THEORY 3.
-    pub const fn in_flight(self, length: usize) -> usize {
-        match self {
-            Self::Zero => length.saturating_sub(1),
-            Self::Hold => length,
-        }
-    }
-
-    /// As in design files, on the command line and in JSON.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Zero => "zero",
-            Self::Hold => "hold",
-        }
-    }
-}
-
-/// What the actuator played in one cycle: theta of thesis (3.11).
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Age {
-    /// The entry of a sequence made this many cycles before.
-    Steps(u8),
-    /// The default input: the buffer was empty or had run out (theta = N in the thesis).
-    Empty,
-}
-
-impl Age {
-    /// Cycles since the played sequence was made; `None` for the default input.
-    pub const fn steps(self) -> Option<usize> {
-        match self {
-            Self::Steps(steps) => Some(steps as usize),
-            Self::Empty => None,
-        }
-    }
-}
+pub use crate::played::Applied;
 
 /// Bounds of each input, in input units.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -93,6 +50,7 @@ impl<T: Scalar, const NU: usize> Settings<T, NU> {
 
 /// Why a sequence did not enter the buffer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum RejectedSequence {
     /// It is not newer than the buffered one: past-packet rejection, thesis 3.1.
     Past,
@@ -104,10 +62,30 @@ pub enum RejectedSequence {
     NotFinite,
     /// It holds no input.
     NoInputs,
+    /// It holds more inputs than the actuator has room for.
+    TooLong,
 }
+
+impl core::fmt::Display for RejectedSequence {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(match self {
+            Self::Past => "a sequence not newer than the one in the buffer",
+            Self::RunOut => "a sequence whose last input was meant for a cycle that is over",
+            Self::Future => {
+                "a sequence made in a cycle that has not begun: the clocks of the two ends disagree"
+            }
+            Self::NotFinite => "a sequence with a number that is not finite",
+            Self::NoInputs => "a sequence of no input",
+            Self::TooLong => "a sequence of more inputs than the actuator has memory for",
+        })
+    }
+}
+
+impl core::error::Error for RejectedSequence {}
 
 /// Why a frame changed nothing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum RejectedFrame {
     /// The bytes are not a control frame for this actuator.
     Decode(wire::DecodeError),
@@ -115,44 +93,84 @@ pub enum RejectedFrame {
     Sequence(RejectedSequence),
 }
 
-/// What left the actuator in one cycle.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Applied<T, const NU: usize> {
-    /// The cycle.
-    pub tick: Tick,
-    /// The input after saturation, in input units; always finite.
-    pub input: SVector<T, NU>,
-    /// Where it came from.
-    pub age: Age,
+impl core::fmt::Display for RejectedFrame {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            Self::Decode(why) => why.fmt(f),
+            Self::Sequence(why) => why.fmt(f),
+        }
+    }
+}
+
+impl core::error::Error for RejectedFrame {}
+
+/// Inputs of memory that an [`Actuator`] is lent for sequences of up to `length` inputs: one that is played, one that comes.
+pub const fn memory_len(length: usize) -> usize {
+    length * 2
 }
 
 /// The actuator end of the link: sequences in, one input a cycle out.
-#[derive(Debug, Clone)]
-pub struct Actuator<T: Scalar, const NU: usize, const N: usize> {
+///
+/// ```
+/// use slqg::actuator::{Actuator, Settings, memory_len};
+/// use slqg::nalgebra::Vector1;
+/// use slqg::sequence::ControlSequence;
+/// use slqg::{Age, DefaultInput, Tick};
+///
+/// let mut memory = [Vector1::zeros(); memory_len(2)];
+/// let settings = Settings { default_input: DefaultInput::Zero, limits: None };
+/// let mut actuator = Actuator::new(settings, Tick(0), &mut memory);
+/// let inputs = [Vector1::new(1.5_f32), Vector1::new(0.5)];
+/// actuator.offer(&ControlSequence { tick: Tick(0), inputs: &inputs }).expect("newer than any before");
+/// let played = [(); 3].map(|()| actuator.step());
+/// assert_eq!(played.map(|applied| applied.input[0]), [1.5, 0.5, 0.0]);
+/// assert_eq!(played.map(|applied| applied.age), [Age::Steps(0), Age::Steps(1), Age::Empty]);
+/// ```
+#[derive(Debug)]
+pub struct Actuator<'m, T: Scalar, const NU: usize> {
     settings: Settings<T, NU>,
     tick: Tick,
-    buffer: Option<ControlSequence<T, NU, N>>,
+    /// The sequence that is played.
+    buffer: &'m mut [SVector<T, NU>],
+    /// Its tick and its length; `None` while there is none.
+    buffered: Option<(Tick, usize)>,
+    /// Room for one that comes.
+    coming: &'m mut [SVector<T, NU>],
     last_input: SVector<T, NU>,
     /// What was played in the last cycles.
     played: HistoryBuf<Age, MOST_AGES>,
     rejected_frames: u32,
 }
 
-impl<T: Scalar, const NU: usize, const N: usize> Actuator<T, NU, N> {
+impl<'m, T: Scalar, const NU: usize> Actuator<'m, T, NU> {
     /// An actuator with an empty buffer whose next cycle is `tick`. Until something arrives it applies zero, or
     /// what the limits make of it.
     ///
-    /// Does not compile for `N > 255`: an age must fit one byte.
-    pub fn new(settings: Settings<T, NU>, tick: Tick) -> Self {
-        const { assert!(N <= u8::MAX as usize, "the age of a sequence must fit one byte") };
+    /// It takes sequences of up to half as many inputs as `memory` holds, see [`memory_len`], and of 255 at most: an age must
+    /// fit one byte.
+    pub fn new(settings: Settings<T, NU>, tick: Tick, memory: &'m mut [SVector<T, NU>]) -> Self {
+        let length = (memory.len() / 2).min(u8::MAX.into());
+        let (buffer, rest) = memory.split_at_mut(length);
+        let (coming, _) = rest.split_at_mut(length);
         Self {
             settings,
             tick,
-            buffer: None,
+            buffer,
+            buffered: None,
+            coming,
             last_input: SVector::zeros(),
             played: HistoryBuf::new(),
             rejected_frames: 0,
         }
+    }
+
+    /// Begins anew with cycle `tick`, as an actuator that has just been made.
+    pub fn restart(&mut self, tick: Tick) {
+        self.tick = tick;
+        self.buffered = None;
+        self.last_input = SVector::zeros();
+        self.played = HistoryBuf::new();
+        self.rejected_frames = 0;
     }
 
     /// The cycle that [`Actuator::step`] will play next.
@@ -170,50 +188,64 @@ impl<T: Scalar, const NU: usize, const N: usize> Actuator<T, NU, N> {
     /// # Errors
     /// Says why the frame changed nothing. It is counted; there is nothing else to do.
     pub fn receive(&mut self, frame: &[u8]) -> Result<(), RejectedFrame> {
-        let outcome = wire::decode_control(frame)
-            .map_err(RejectedFrame::Decode)
-            .and_then(|sequence| self.offer(sequence).map_err(RejectedFrame::Sequence));
-        if outcome.is_err() {
-            self.rejected_frames = self.rejected_frames.saturating_add(1);
+        let taken = match wire::decode_control(frame, self.coming) {
+            Ok(sequence) => {
+                let (tick, length) = (sequence.tick, sequence.inputs.len());
+                judge(&sequence, self.tick, self.buffered)
+                    .map(|()| (tick, length))
+                    .map_err(RejectedFrame::Sequence)
+            }
+            Err(error) => Err(RejectedFrame::Decode(error)),
+        };
+        match taken {
+            Ok(buffered) => {
+                core::mem::swap(&mut self.buffer, &mut self.coming);
+                self.buffered = Some(buffered);
+                Ok(())
+            }
+            Err(error) => {
+                self.rejected_frames = self.rejected_frames.saturating_add(1);
+                Err(error)
+            }
         }
-        outcome
     }
 
     /// Offers a sequence to the buffer, which keeps only the newest.
     ///
     /// # Errors
     /// Says why the buffer did not take it.
-    pub fn offer(&mut self, sequence: ControlSequence<T, NU, N>) -> Result<(), RejectedSequence> {
+    pub fn offer(&mut self, sequence: &ControlSequence<'_, T, NU>) -> Result<(), RejectedSequence> {
         if !sequence.is_finite() {
             return Err(RejectedSequence::NotFinite);
         }
-        if sequence.inputs.is_empty() {
-            return Err(RejectedSequence::NoInputs);
-        }
-        if sequence.tick.is_after(self.tick) {
-            return Err(RejectedSequence::Future);
-        }
-        if sequence.input_at(self.tick).is_none() {
-            return Err(RejectedSequence::RunOut);
-        }
-        if self.buffer.as_ref().is_some_and(|held| !sequence.tick.is_after(held.tick)) {
-            return Err(RejectedSequence::Past);
-        }
-        self.buffer = Some(sequence);
+        judge(sequence, self.tick, self.buffered)?;
+        let room = self.buffer.get_mut(..sequence.inputs.len()).ok_or(RejectedSequence::TooLong)?;
+        room.copy_from_slice(sequence.inputs);
+        self.buffered = Some((sequence.tick, sequence.inputs.len()));
         Ok(())
+    }
+
+    /// The sequence in the buffer.
+    fn held(&self) -> Option<ControlSequence<'_, T, NU>> {
+        let (tick, length) = self.buffered?;
+        Some(ControlSequence { tick, inputs: self.buffer.get(..length)? })
     }
 
     /// Plays one cycle: the buffered sequence's input for it, or the default input. Thesis (3.10)-(3.12).
     pub fn step(&mut self) -> Applied<T, NU> {
         let tick = self.tick;
-        let played = self.buffer.as_ref().and_then(|sequence| {
+        let played = self.held().and_then(|sequence| {
             let age = u8::try_from(tick.age_of(sequence.tick)?).ok()?;
             sequence.input_at(tick).map(|input| (*input, Age::Steps(age)))
         });
         let (input, age) = played.unwrap_or_else(|| {
             // A sequence older than any that could still arrive: forget it before its tick can wrap.
-            if self.buffer.as_ref().is_some_and(|sequence| tick.since(sequence.tick) >= N as i32) {
-                self.buffer = None;
+            let length = self.buffer.len();
+            if self
+                .buffered
+                .is_some_and(|(held, _)| usize::try_from(tick.since(held)).is_ok_and(|age| age >= length))
+            {
+                self.buffered = None;
             }
             match self.settings.default_input {
                 DefaultInput::Zero => (SVector::zeros(), Age::Empty),
@@ -240,4 +272,25 @@ impl<T: Scalar, const NU: usize, const N: usize> Actuator<T, NU, N> {
         let newest = self.played.oldest_ordered().rev().take(cycles.clamp(1, MOST_AGES));
         Some(Acknowledgement { tick: self.tick - 1, ages: newest.copied().collect() })
     }
+}
+
+/// Whether a sequence of finite inputs is of use in cycle `now`, beside the one that is buffered: its tick and its length.
+fn judge<T: Scalar, const NU: usize>(
+    sequence: &ControlSequence<'_, T, NU>,
+    now: Tick,
+    buffered: Option<(Tick, usize)>,
+) -> Result<(), RejectedSequence> {
+    if sequence.inputs.is_empty() {
+        return Err(RejectedSequence::NoInputs);
+    }
+    if sequence.tick.is_after(now) {
+        return Err(RejectedSequence::Future);
+    }
+    if sequence.input_at(now).is_none() {
+        return Err(RejectedSequence::RunOut);
+    }
+    if buffered.is_some_and(|(held, _)| !sequence.tick.is_after(held)) {
+        return Err(RejectedSequence::Past);
+    }
+    Ok(())
 }

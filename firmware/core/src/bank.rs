@@ -6,18 +6,35 @@
 //! do is [`crate::gains`]' business.
 
 use crate::{
-    DefaultInput, Scalar,
+    Scalar,
     blob::{self, BlobError, DesignId, Shape, storage_len},
+    checked::{Finite, Probabilities},
     controller::Law,
     gains::{Gains, InvalidGains, Tables},
+    played::DefaultInput,
 };
 
-/// Room for two laws of the same dimensions, `LEN` numbers or more each.
-#[derive(Debug, Clone)]
-pub struct Bank<T, const NX: usize, const NU: usize, const LEN: usize> {
+/// Two laws of the same dimensions, in memory that is lent.
+///
+/// ```
+/// use slqg::DefaultInput;
+/// use slqg::bank::{Bank, memory_len};
+/// use slqg::blob::Shape;
+///
+/// // Laws for one state, one input and two inputs a sequence: `Lx`, `M` and `r` are five numbers.
+/// const SHAPE: Shape = Shape { length: 2, states: 1, inputs: 1, default_input: DefaultInput::Zero };
+/// let mut memory = [0.0_f32; memory_len(&SHAPE)];
+/// let mut bank = Bank::<f32, 1, 1>::new(2, DefaultInput::Zero, &mut memory).expect("memory enough");
+/// assert_eq!(bank.law(), None);
+/// bank.spare().copy_from_slice(&[-1.0, -2.0, 0.25, 0.0, 0.5]);
+/// bank.switch(0.75).expect("gains");
+/// assert_eq!(bank.law().expect("in force").gains.arrival(1, 0), 0.5);
+/// ```
+#[derive(Debug)]
+pub struct Bank<'m, T, const NX: usize, const NU: usize> {
     length: usize,
     default_input: DefaultInput,
-    sets: [[T; LEN]; 2],
+    sets: [&'m mut [T]; 2],
     /// The set that may be written; the other is in force, if any is.
     spare: usize,
     /// `q(0)` of the law in force; `None` while none of the bank's is.
@@ -26,6 +43,7 @@ pub struct Bank<T, const NX: usize, const NU: usize, const LEN: usize> {
 
 /// Why the tables are not put in force.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum InvalidLaw {
     /// They are no gains.
     Gains(InvalidGains),
@@ -33,17 +51,29 @@ pub enum InvalidLaw {
     NotAProbability,
 }
 
-impl<T: Scalar, const NX: usize, const NU: usize, const LEN: usize> Bank<T, NX, NU, LEN> {
-    /// A bank without a law, for sequences of `length` inputs. `None` if `LEN` is less than [`storage_len`] of this shape.
-    pub fn new(length: usize, default_input: DefaultInput) -> Option<Self> {
-        let shape = Shape { length, states: NX, inputs: NU, default_input };
-        (storage_len(&shape) <= LEN).then_some(Self {
-            length,
-            default_input,
-            sets: [[T::zero(); LEN]; 2],
-            spare: 0,
-            in_force: None,
-        })
+impl core::fmt::Display for InvalidLaw {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            Self::Gains(why) => why.fmt(f),
+            Self::NotAProbability => f.write_str("the probability to arrive at once is not within 0..=1"),
+        }
+    }
+}
+
+impl core::error::Error for InvalidLaw {}
+
+/// Numbers of memory that a bank for laws of this shape is lent.
+pub const fn memory_len(shape: &Shape) -> usize {
+    storage_len(shape).saturating_mul(2)
+}
+
+impl<'m, T: Scalar, const NX: usize, const NU: usize> Bank<'m, T, NX, NU> {
+    /// A bank without a law, for sequences of `length` inputs. `None` if `memory` is less than [`memory_len`] of this shape.
+    pub fn new(length: usize, default_input: DefaultInput, memory: &'m mut [T]) -> Option<Self> {
+        let needed = storage_len(&Shape { length, states: NX, inputs: NU, default_input });
+        let (first, rest) = memory.split_at_mut_checked(needed)?;
+        let second = rest.get_mut(..needed)?;
+        Some(Self { length, default_input, sets: [first, second], spare: 0, in_force: None })
     }
 
     /// Dimensions of the laws it holds.
@@ -53,8 +83,7 @@ impl<T: Scalar, const NX: usize, const NU: usize, const LEN: usize> Bank<T, NX, 
 
     /// Room for tables that are not in force: `Lx`, `M`, `r` one after the other, by rows.
     pub fn spare(&mut self) -> &mut [T] {
-        let needed = storage_len(&self.shape());
-        &mut self.sets[self.spare][..needed]
+        self.sets[self.spare]
     }
 
     /// Puts the law of a blob in force, if it is one of the plant `expected` and of the bank's dimensions. `arrives_at_once` is
@@ -83,7 +112,8 @@ impl<T: Scalar, const NX: usize, const NU: usize, const LEN: usize> Bank<T, NX, 
     /// # Errors
     /// If the numbers are no gains; the law in force stays, and the spare set may be written again.
     pub fn switch(&mut self, arrives_at_once: T) -> Result<(), InvalidLaw> {
-        self.tables(self.spare).check_numbers().map_err(InvalidLaw::Gains)?;
+        let [lx, m, arrival] = self.shape().split(self.sets[self.spare]);
+        Tables::check(lx, m, arrival).map_err(InvalidLaw::Gains)?;
         // NaN is outside.
         if !(T::zero()..=T::one()).contains(&arrives_at_once) {
             return Err(InvalidLaw::NotAProbability);
@@ -101,12 +131,11 @@ impl<T: Scalar, const NX: usize, const NU: usize, const LEN: usize> Bank<T, NX, 
     /// The law in force, for [`crate::controller::Controller::cycle_under`]; `None` while that of the design is.
     pub fn law(&self) -> Option<Law<'_, T, NX, NU>> {
         let arrives_at_once = self.in_force?;
-        let gains = Gains::checked(self.length, self.default_input, self.tables(1 - self.spare));
+        // Checked before they were put in force, and not written to since.
+        let [lx, m, arrival] = self.shape().split(self.sets[1 - self.spare]);
+        let (lx, m, arrival) = (Finite::checked(lx), Finite::checked(m), Probabilities::checked(arrival));
+        let gains = Gains::check(self.length, self.default_input, Tables { lx, m, arrival }).ok()?;
         Some(Law { gains, arrives_at_once })
-    }
-
-    fn tables(&self, set: usize) -> Tables<'_, T> {
-        self.shape().tables(&self.sets[set])
     }
 }
 
@@ -115,13 +144,14 @@ mod tests {
     use super::*;
 
     /// One state, one input, two inputs a sequence: `Lx`, `M`, `r` of 2, 2 and 1 numbers.
-    fn bank() -> Bank<f32, 1, 1, 6> {
-        Bank::new(2, DefaultInput::Zero).expect("five numbers fit")
+    fn bank(memory: &mut [f32; 10]) -> Bank<'_, f32, 1, 1> {
+        Bank::new(2, DefaultInput::Zero, memory).expect("five numbers fit twice")
     }
 
     #[test]
     fn a_law_is_in_force_only_after_the_switch() {
-        let mut bank = bank();
+        let mut memory = [0.0; 10];
+        let mut bank = bank(&mut memory);
         bank.spare().copy_from_slice(&[-1.0, -2.0, 0.25, 0.0, 0.5]);
         assert_eq!(bank.law(), None);
         bank.switch(0.75).unwrap();
@@ -134,7 +164,8 @@ mod tests {
 
     #[test]
     fn writing_the_spare_set_leaves_the_law_in_force_alone() {
-        let mut bank = bank();
+        let mut memory = [0.0; 10];
+        let mut bank = bank(&mut memory);
         bank.spare().copy_from_slice(&[-1.0, -2.0, 0.25, 0.0, 0.5]);
         bank.switch(0.75).unwrap();
         bank.spare().fill(f32::NAN);
@@ -149,9 +180,10 @@ mod tests {
 
     #[test]
     fn a_bank_too_small_for_its_laws_is_refused() {
-        assert!(Bank::<f32, 1, 1, 4>::new(2, DefaultInput::Zero).is_none());
+        let mut memory = [0.0; 14];
+        assert!(Bank::<f32, 1, 1>::new(2, DefaultInput::Zero, &mut memory[..9]).is_none());
         // With hold, M has a column more.
-        assert!(Bank::<f32, 1, 1, 6>::new(2, DefaultInput::Hold).is_none());
-        assert!(Bank::<f32, 1, 1, 7>::new(2, DefaultInput::Hold).is_some());
+        assert!(Bank::<f32, 1, 1>::new(2, DefaultInput::Hold, &mut memory[..13]).is_none());
+        assert!(Bank::<f32, 1, 1>::new(2, DefaultInput::Hold, &mut memory).is_some());
     }
 }

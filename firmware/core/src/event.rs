@@ -6,11 +6,12 @@
 //!
 //! The tables come from [`crate::synthesis::Synthesis::fill_trigger`]; what is in flight is [`crate::in_flight`]'s.
 
-use crate::scalar::{all_within_f32, all_within_f64};
 use crate::{
-    DefaultInput, Scalar,
+    Scalar,
+    checked::{Finite, NonNegative},
     gains::{Gains, dot},
     in_flight::InFlight,
+    played::{DefaultInput, Played},
 };
 use nalgebra::SVector;
 
@@ -18,11 +19,11 @@ use nalgebra::SVector;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Tables<'a, T> {
     /// `nx x (n_v nu)`, by rows: state times expected inputs in flight.
-    pub state: &'a [T],
+    pub state: Finite<'a, T>,
     /// `W_s` for `s = 0..n_v-1`, symmetric of `(n_v - s) nu` rows: the inputs in flight from cycle `k+s` on.
-    pub in_flight: &'a [T],
+    pub in_flight: Finite<'a, T>,
     /// `Rbar`, symmetric of `N nu` rows: the sequence.
-    pub sequence: &'a [T],
+    pub sequence: Finite<'a, T>,
 }
 
 /// Numbers in each of the [`Tables`].
@@ -65,92 +66,117 @@ pub const fn packed_index(size: usize, row: usize, column: usize) -> usize {
 }
 
 /// Decides whether a sequence is sent.
+///
+/// ```
+/// use slqg::checked::{Finite, NonNegative};
+/// use slqg::event::{Tables, Trigger};
+/// use slqg::DefaultInput;
+///
+/// // One input a sequence: nothing is in flight, and sending `u` saves `2 u^2`.
+/// let tables = Tables::check(&[], &[], &[2.0_f32]).expect("finite");
+/// let cost = NonNegative::<f32>::new(10.0);
+/// let trigger = Trigger::<f32, 1, 1>::check(1, DefaultInput::Zero, cost, tables).expect("tables that fit");
+/// assert!(trigger.is_worth_sending(2.0 * 3.0 * 3.0));
+/// assert!(!trigger.is_worth_sending(2.0 * 2.0 * 2.0));
+/// # use slqg::event::Candidate;
+/// # use slqg::{gains, in_flight::InFlight, nalgebra::Vector1, played::Played, Tick};
+/// # let law = gains::Tables::check(&[-1.0], &[], &[]).expect("finite");
+/// # let law = gains::Gains::<f32, 1, 1>::check(1, DefaultInput::Zero, law).expect("tables that fit");
+/// # let (mut sent, mut inputs) = ([false; 3], [Vector1::zeros(); 3]);
+/// # let in_flight = InFlight::new(1, Tick(0), &mut sent, &mut inputs);
+/// let candidate = Candidate {
+///     posterior_mean: &Vector1::new(-3.0),
+///     expected: &[],
+///     inputs: &[Vector1::new(3.0)],
+///     displaced: &[],
+///     played: Played::nothing(),
+/// };
+/// assert_eq!(trigger.benefit(&law, &in_flight, &candidate, &mut []), 18.0);
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Trigger<'a, T, const NX: usize, const NU: usize> {
     length: usize,
     default_input: DefaultInput,
-    send_cost: T,
+    send_cost: NonNegative<T>,
     tables: Tables<'a, T>,
 }
 
 /// Why tables are not a trigger.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum InvalidTrigger {
     /// A table has another length than [`TableLengths`] says.
     TableLength,
     /// A number in a table is not finite.
     NotFinite,
-    /// The cost of sending is negative or not a number.
-    SendCost,
+}
+
+impl InvalidTrigger {
+    const fn message(self) -> &'static str {
+        match self {
+            Self::TableLength => "a table does not have the entries that the dimensions ask for",
+            Self::NotFinite => "a number is not finite",
+        }
+    }
 }
 
 impl core::fmt::Display for InvalidTrigger {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        f.write_str(match self {
-            Self::TableLength => "a table does not have the entries that the dimensions ask for",
-            Self::NotFinite => "a number is not finite",
-            Self::SendCost => "the cost of sending must be 0 or more",
-        })
+        f.write_str(self.message())
     }
 }
 
 impl core::error::Error for InvalidTrigger {}
 
-/// Constructors for one scalar type: floating-point comparisons in `const` need a concrete type.
-macro_rules! checked_construction {
-    ($scalar:ty, $all_within:path) => {
-        impl<'a, const NX: usize, const NU: usize> Trigger<'a, $scalar, NX, NU> {
-            /// A trigger for sequences of `length` inputs, or why the tables are none. `send_cost` is that of one
-            /// packet, in units of the stage cost; a packet that costs nothing is always sent.
-            pub const fn check(
-                length: usize,
-                default_input: DefaultInput,
-                send_cost: $scalar,
-                tables: Tables<'a, $scalar>,
-            ) -> Result<Self, InvalidTrigger> {
-                let lengths = TableLengths::of(length, default_input, NX, NU);
-                let Tables { state, in_flight, sequence } = tables;
-                if state.len() != lengths.state
-                    || in_flight.len() != lengths.in_flight
-                    || sequence.len() != lengths.sequence
-                {
-                    return Err(InvalidTrigger::TableLength);
-                }
-                let (least, most) = (<$scalar>::MIN, <$scalar>::MAX);
-                if !$all_within(state, least, most)
-                    || !$all_within(in_flight, least, most)
-                    || !$all_within(sequence, least, most)
-                {
-                    return Err(InvalidTrigger::NotFinite);
-                }
-                if send_cost.is_nan() || send_cost < 0.0 {
-                    return Err(InvalidTrigger::SendCost);
-                }
-                Ok(Self { length, default_input, send_cost, tables })
-            }
-
-            /// A trigger from constant tables; arguments as those of `check`.
-            ///
-            /// # Panics
-            /// On tables that `check` refuses. Meant for constants, where that is a compile error.
-            pub const fn new(
-                length: usize,
-                default_input: DefaultInput,
-                send_cost: $scalar,
-                tables: Tables<'a, $scalar>,
-            ) -> Self {
-                match Self::check(length, default_input, send_cost, tables) {
-                    Ok(trigger) => trigger,
-                    Err(InvalidTrigger::TableLength) => panic!("a trigger table has a wrong length"),
-                    Err(InvalidTrigger::NotFinite) => panic!("a number in a trigger table is not finite"),
-                    Err(InvalidTrigger::SendCost) => panic!("the cost of sending must be 0 or more"),
-                }
-            }
-        }
-    };
+impl<'a, T: Scalar> Tables<'a, T> {
+    /// Tables of these numbers.
+    ///
+    /// # Errors
+    /// If one is not finite. How many there must be, [`Trigger::check`] knows.
+    pub fn check(state: &'a [T], in_flight: &'a [T], sequence: &'a [T]) -> Result<Self, InvalidTrigger> {
+        let checked = |numbers| Finite::check(numbers).ok_or(InvalidTrigger::NotFinite);
+        Ok(Self { state: checked(state)?, in_flight: checked(in_flight)?, sequence: checked(sequence)? })
+    }
 }
-checked_construction!(f32, all_within_f32);
-checked_construction!(f64, all_within_f64);
+
+impl<'a, T: Copy, const NX: usize, const NU: usize> Trigger<'a, T, NX, NU> {
+    /// A trigger for sequences of `length` inputs. The number in `send_cost` is the cost of one packet, in units of the stage
+    /// cost; a packet that costs nothing is always sent.
+    ///
+    /// # Errors
+    /// Says what about the tables is wrong.
+    pub const fn check(
+        length: usize,
+        default_input: DefaultInput,
+        send_cost: NonNegative<T>,
+        tables: Tables<'a, T>,
+    ) -> Result<Self, InvalidTrigger> {
+        let lengths = TableLengths::of(length, default_input, NX, NU);
+        if tables.state.len() != lengths.state
+            || tables.in_flight.len() != lengths.in_flight
+            || tables.sequence.len() != lengths.sequence
+        {
+            return Err(InvalidTrigger::TableLength);
+        }
+        Ok(Self { length, default_input, send_cost, tables })
+    }
+
+    /// A trigger from constant tables; arguments as those of [`Trigger::check`].
+    ///
+    /// # Panics
+    /// On tables that it refuses. Meant for constants, where that is a compile error.
+    pub const fn new(
+        length: usize,
+        default_input: DefaultInput,
+        send_cost: NonNegative<T>,
+        tables: Tables<'a, T>,
+    ) -> Self {
+        match Self::check(length, default_input, send_cost, tables) {
+            Ok(trigger) => trigger,
+            Err(error) => panic!("{}", error.message()),
+        }
+    }
+}
 
 /// What is decided about: the sequence of the optimal law, and what the law made it from.
 #[derive(Debug, Clone, Copy)]
@@ -163,6 +189,8 @@ pub struct Candidate<'c, T, const NX: usize, const NU: usize> {
     pub inputs: &'c [SVector<T, NU>],
     /// What `expected` is worth towards the reference, see [`crate::tracking::Feedforward`]; empty without one.
     pub displaced: &'c [SVector<T, NU>],
+    /// What was played in the last cycle.
+    pub played: Played<'c, T, NU>,
 }
 
 impl<T: Scalar, const NX: usize, const NU: usize> Trigger<'_, T, NX, NU> {
@@ -180,36 +208,37 @@ impl<T: Scalar, const NX: usize, const NU: usize> Trigger<'_, T, NX, NU> {
     /// not a number counts as zero.
     #[must_use]
     pub fn with_send_cost(self, send_cost: T) -> Self {
-        Self { send_cost: if send_cost > T::zero() { send_cost } else { T::zero() }, ..self }
+        Self { send_cost: NonNegative::or_zero(send_cost), ..self }
     }
 
     /// Expected cost, over all time to come, that sending `candidate` saves against not sending in this cycle: thesis
     /// Lemma 5.1 with its sign turned and its misprints mended. `gains`, for sequences of the same length and the same
-    /// default input, tell how likely what is in flight still arrives.
+    /// default input, tell how likely what is in flight still arrives; `room` has room for `n_v` inputs to work with.
     ///
     /// It may be below zero: a packet that arrives late can part inputs in flight that were made for each other.
-    pub fn benefit<const N: usize, const H: usize>(
+    pub fn benefit(
         &self,
         gains: &Gains<'_, T, NX, NU>,
-        in_flight: &InFlight<T, NU, N, H>,
-        candidate: Candidate<'_, T, NX, NU>,
+        in_flight: &InFlight<'_, T, NU>,
+        candidate: &Candidate<'_, T, NX, NU>,
+        room: &mut [SVector<T, NU>],
     ) -> T {
-        let Candidate { posterior_mean, expected, inputs, displaced } = candidate;
+        let Candidate { posterior_mean, expected, inputs, displaced, played } = *candidate;
         let columns = self.default_input.in_flight(self.length) * NU;
         let mut twice = T::zero();
         for (row, state) in posterior_mean.iter().enumerate() {
-            let weights = &self.tables.state[row * columns..(row + 1) * columns];
+            let weights = &self.tables.state.numbers()[row * columns..(row + 1) * columns];
             twice += *state * dot(weights, expected.iter().flat_map(|input| input.iter()));
         }
         for (worth, input) in displaced.iter().zip(expected) {
             twice -= dot(worth.as_slice(), input.iter());
         }
-        let mut benefit = (twice + twice) + quadratic(self.tables.sequence, inputs);
-        let mut tables = self.tables.in_flight;
+        let mut benefit = (twice + twice) + quadratic(self.tables.sequence.numbers(), inputs);
+        let mut tables = self.tables.in_flight.numbers();
         for told in 0..expected.len() {
             let (table, rest) = tables.split_at(TableLengths::packed((expected.len() - told) * NU));
             tables = rest;
-            in_flight.for_each_newest(gains, told, |probability, expected| {
+            in_flight.for_each_newest(gains, &played, told, room, |probability, expected| {
                 benefit += probability * quadratic(table, &expected[told..]);
             });
         }
@@ -218,7 +247,8 @@ impl<T: Scalar, const NX: usize, const NU: usize> Trigger<'_, T, NX, NU> {
 
     /// Whether something worth `benefit` is sent. What cannot be judged is sent.
     pub fn is_worth_sending(&self, benefit: T) -> bool {
-        let saves_too_little = self.send_cost > T::zero() && benefit <= self.send_cost;
+        let send_cost = self.send_cost.number();
+        let saves_too_little = send_cost > T::zero() && benefit <= send_cost;
         !saves_too_little
     }
 }

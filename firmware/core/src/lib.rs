@@ -21,6 +21,8 @@
 //! | [`in_flight`] | what was sent and may still be applied |
 //! | [`tracking`] | feedforward from the reference samples that are known ahead |
 //! | [`event`] | whether a sequence is worth sending |
+//! | [`checked`] | numbers that were found finite, or probabilities |
+//! | [`played`] | ages, the default input, how likely each is, and what was applied |
 //! | [`sequence`], [`tick`], [`scalar`], [`number`] | a control sequence, the only clock there is, `f32` and `f64`, what gains may be computed in |
 //! | [`arrival`] | what a delay distribution says about packets under way |
 //! | [`synthesis`] | the recursion that computes the gains, for the generator and for the device itself |
@@ -28,13 +30,15 @@
 //!
 //! Immutable configuration ([`gains::Gains`], [`estimator::Model`], [`actuator::Settings`]) and mutable state
 //! ([`controller::Controller`], [`estimator::ModeFilter`], [`actuator::Actuator`]) are separate types.
-//! Dimensions are const generics: `NX` states, `NU` inputs, `NY` outputs; `N` is the *capacity* of a
-//! sequence (its length is data), `H` the number of cycles the estimator remembers.
+//! Values live at run time, shapes in types: `NX` states, `NU` inputs and `NY` outputs are const generics; how long sequences
+//! are, how many cycles are remembered and how many estimates are kept are data, in memory that the caller lends
+//! ([`controller::Memory`]).
 
 pub mod actuator;
 pub mod arrival;
 pub mod bank;
 pub mod blob;
+pub mod checked;
 mod checksum;
 pub mod controller;
 pub mod estimator;
@@ -42,6 +46,7 @@ pub mod event;
 pub mod gains;
 pub mod in_flight;
 pub mod number;
+pub mod played;
 pub mod scalar;
 pub mod sequence;
 pub mod synthesis;
@@ -50,8 +55,8 @@ pub mod tracking;
 pub mod tuning;
 pub mod wire;
 
-pub use actuator::DefaultInput;
 pub use number::Number;
+pub use played::{Age, DefaultInput};
 pub use scalar::Scalar;
 pub use tick::Tick;
 

@@ -1,10 +1,8 @@
 //! The scalar types the core computes in: `f32` (the device's default) and `f64`.
 //!
-//! Only what differs between the two lives here, or between platforms; arithmetic is nalgebra's `RealField`. Tables are checked where they are
-//! constants, and comparisons of a type parameter cannot be `const`: hence a range check for each of the two.
+//! Only what differs between the two lives here, or between platforms; arithmetic is nalgebra's `RealField`.
 
 use nalgebra::RealField;
-use serde::{Serialize, de::DeserializeOwned};
 
 mod sealed {
     pub trait Sealed {}
@@ -13,15 +11,21 @@ mod sealed {
 }
 
 /// `f32` or `f64`.
-pub trait Scalar: RealField + Copy + Serialize + DeserializeOwned + sealed::Sealed {
+pub trait Scalar: RealField + Copy + sealed::Sealed {
     /// Bytes of one value on the wire; also the tag that tells the two apart in a frame header.
     const BYTES: u8;
     /// The distance from 1 to the next larger value.
     const EPSILON: Self;
+    /// 0, where a constant is needed.
+    const ZERO: Self;
     /// The nearest value of this type.
     fn nearest(value: f64) -> Self;
     /// The same value; exact.
     fn widen(self) -> f64;
+    /// The value that little-endian `bytes` begin with, and the bytes after it; `None` if they are too few.
+    fn read(bytes: &[u8]) -> Option<(Self, &[u8])>;
+    /// Writes the value, little-endian, to the beginning of `bytes`; `None` if they are too few.
+    fn write(self, bytes: &mut [u8]) -> Option<()>;
     /// Natural logarithm, of `libm` on every platform: the platform's own may round otherwise.
     fn logarithm(self) -> Self;
     /// Exponential function, of `libm` likewise.
@@ -31,11 +35,22 @@ pub trait Scalar: RealField + Copy + Serialize + DeserializeOwned + sealed::Seal
 impl Scalar for f32 {
     const BYTES: u8 = 4;
     const EPSILON: Self = f32::EPSILON;
+    const ZERO: Self = 0.0;
     fn nearest(value: f64) -> Self {
         value as f32
     }
     fn widen(self) -> f64 {
         f64::from(self)
+    }
+    #[inline(always)]
+    fn read(bytes: &[u8]) -> Option<(Self, &[u8])> {
+        let (value, rest) = bytes.split_first_chunk()?;
+        Some((Self::from_le_bytes(*value), rest))
+    }
+    #[inline(always)]
+    fn write(self, bytes: &mut [u8]) -> Option<()> {
+        *bytes.first_chunk_mut()? = self.to_le_bytes();
+        Some(())
     }
     fn logarithm(self) -> Self {
         libm::logf(self)
@@ -48,11 +63,22 @@ impl Scalar for f32 {
 impl Scalar for f64 {
     const BYTES: u8 = 8;
     const EPSILON: Self = f64::EPSILON;
+    const ZERO: Self = 0.0;
     fn nearest(value: f64) -> Self {
         value
     }
     fn widen(self) -> f64 {
         self
+    }
+    #[inline(always)]
+    fn read(bytes: &[u8]) -> Option<(Self, &[u8])> {
+        let (value, rest) = bytes.split_first_chunk()?;
+        Some((Self::from_le_bytes(*value), rest))
+    }
+    #[inline(always)]
+    fn write(self, bytes: &mut [u8]) -> Option<()> {
+        *bytes.first_chunk_mut()? = self.to_le_bytes();
+        Some(())
     }
     fn logarithm(self) -> Self {
         libm::log(self)
@@ -61,22 +87,3 @@ impl Scalar for f64 {
         libm::exp(self)
     }
 }
-
-macro_rules! range_check {
-    ($name:ident, $scalar:ty) => {
-        /// Whether every value is within `low..=high`; NaN is not.
-        pub(crate) const fn $name(values: &[$scalar], low: $scalar, high: $scalar) -> bool {
-            let mut i = 0;
-            while i < values.len() {
-                // Written so that NaN is outside.
-                if !(values[i] >= low && values[i] <= high) {
-                    return false;
-                }
-                i += 1;
-            }
-            true
-        }
-    };
-}
-range_check!(all_within_f32, f32);
-range_check!(all_within_f64, f64);

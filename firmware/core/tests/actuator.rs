@@ -1,21 +1,24 @@
 //! The actuator plays the newest sequence out, then its default input, whatever the link does.
 
+mod lent;
+
 use nalgebra::SVector;
 use proptest::prelude::*;
-use slqg::actuator::{Actuator, Age, Applied, Limits, RejectedFrame, RejectedSequence, Settings};
-use slqg::wire::{self, Acknowledgement, MOST_AGES};
-use slqg::{DefaultInput, Tick, nalgebra, sequence::ControlSequence};
+use slqg::actuator::{self, Actuator, Applied, Limits, RejectedFrame, RejectedSequence, Settings};
+use slqg::wire::{self, Acknowledgement, DecodeError, MOST_AGES};
+use slqg::{Age, DefaultInput, Tick, nalgebra, sequence::ControlSequence};
 
 const CAPACITY: usize = 4;
-type Device = Actuator<f32, 1, CAPACITY>;
-type Sequence = ControlSequence<f32, 1, CAPACITY>;
+type Device = Actuator<'static, f32, 1>;
+type Sequence = ControlSequence<'static, f32, 1>;
 
 fn device(default_input: DefaultInput, tick: Tick) -> Device {
-    Device::new(Settings { default_input, limits: None }, tick)
+    lent::actuator(Settings { default_input, limits: None }, tick, CAPACITY)
 }
 
 fn sequence(tick: Tick, inputs: &[f32]) -> Sequence {
-    Sequence { tick, inputs: inputs.iter().map(|&input| SVector::from([input])).collect() }
+    let inputs: Vec<_> = inputs.iter().map(|&input| SVector::from([input])).collect();
+    Sequence { tick, inputs: inputs.leak() }
 }
 
 fn frame(sequence: &Sequence) -> Vec<u8> {
@@ -34,7 +37,7 @@ fn a_sequence_is_played_out_and_then_the_default_input() {
         let start = Tick(u32::MAX - 1);
         let mut device = device(default_input, start);
         assert_eq!(play(&mut device, 1), [(0.0, Age::Empty)], "nothing has arrived");
-        assert_eq!(device.offer(sequence(start + 1, &[1.0, 2.0, 3.0])), Ok(()));
+        assert_eq!(device.offer(&sequence(start + 1, &[1.0, 2.0, 3.0])), Ok(()));
         let played = [(1.0, Age::Steps(0)), (2.0, Age::Steps(1)), (3.0, Age::Steps(2))];
         assert_eq!(play(&mut device, 3), played);
         assert_eq!(play(&mut device, 3), [(after, Age::Empty); 3]);
@@ -52,7 +55,7 @@ fn what_left_the_actuator_names_its_cycle() {
 #[test]
 fn a_late_sequence_begins_with_the_input_meant_for_now() {
     let mut device = device(DefaultInput::Zero, Tick(10));
-    assert_eq!(device.offer(sequence(Tick(8), &[1.0, 2.0, 3.0, 4.0])), Ok(()));
+    assert_eq!(device.offer(&sequence(Tick(8), &[1.0, 2.0, 3.0, 4.0])), Ok(()));
     assert_eq!(play(&mut device, 2), [(3.0, Age::Steps(2)), (4.0, Age::Steps(3))]);
 }
 
@@ -77,7 +80,7 @@ fn late_packet_does_not_replace_a_newer_one() {
 fn sequences_of_no_use_are_rejected_by_name() {
     let now = Tick(1);
     let mut device = device(DefaultInput::Zero, now);
-    let mut offer = |tick, inputs: &[f32]| device.offer(sequence(tick, inputs));
+    let mut offer = |tick, inputs: &[f32]| device.offer(&sequence(tick, inputs));
     assert_eq!(offer(now - 2, &[1.0; 2]), Err(RejectedSequence::RunOut));
     assert_eq!(offer(now - 4, &[1.0; 4]), Err(RejectedSequence::RunOut));
     assert_eq!(offer(now + 1, &[1.0; 4]), Err(RejectedSequence::Future));
@@ -91,12 +94,69 @@ fn sequences_of_no_use_are_rejected_by_name() {
 }
 
 #[test]
+fn a_sequence_longer_than_the_memory_lent_is_refused_and_one_as_long_is_not() {
+    for (inputs, most) in [(0, 0), (1, 0), (2, 1), (7, 3), (8, 4), (1000, 255)] {
+        let settings = Settings { default_input: DefaultInput::Zero, limits: None };
+        let mut device = Device::new(settings, Tick(0), lent::inputs(inputs));
+        let (longest, longer) = (vec![1.0; most], vec![2.0; most + 1]);
+        assert_eq!(device.offer(&sequence(Tick(0), &longer)), Err(RejectedSequence::TooLong));
+        if most < 255 {
+            let mut buffer = [0; wire::control_len(1, 5, 4)];
+            let frame =
+                wire::encode_control(&sequence(Tick(0), &longer), &mut buffer).expect("there is room");
+            let found = DecodeError::Capacity(most as u8 + 1);
+            assert_eq!(device.receive(frame), Err(RejectedFrame::Decode(found)));
+        }
+        if most > 0 {
+            assert_eq!(device.offer(&sequence(Tick(0), &longest)), Ok(()), "{inputs} inputs lent");
+            assert_eq!(play(&mut device, most)[most - 1], (1.0, Age::Steps(most as u8 - 1)));
+        }
+        assert_eq!(play(&mut device, 1), [(0.0, Age::Empty)]);
+    }
+}
+
+#[test]
+fn a_damaged_frame_leaves_the_sequence_that_is_played_alone() {
+    let mut device = device(DefaultInput::Zero, Tick(0));
+    assert_eq!(device.receive(&frame(&sequence(Tick(0), &[1.0, 2.0, 3.0]))), Ok(()));
+    // Its checksum is right, and its last number is none: all before it have been read.
+    let poisoned = frame(&sequence(Tick(1), &[7.0, 8.0, f32::NAN]));
+    assert_eq!(device.receive(&poisoned), Err(RejectedFrame::Decode(DecodeError::NotFinite)));
+    let past = frame(&sequence(Tick(0), &[9.0; 4]));
+    assert_eq!(device.receive(&past), Err(RejectedFrame::Sequence(RejectedSequence::Past)));
+    assert_eq!(play(&mut device, 3), [(1.0, Age::Steps(0)), (2.0, Age::Steps(1)), (3.0, Age::Steps(2))]);
+}
+
+#[test]
+fn an_actuator_that_is_restarted_is_a_new_one() {
+    for default_input in [DefaultInput::Zero, DefaultInput::Hold] {
+        let mut restarted = device(default_input, Tick(0));
+        assert_eq!(restarted.offer(&sequence(Tick(0), &[5.0; CAPACITY])), Ok(()));
+        restarted.receive(&[]).expect_err("no frame");
+        play(&mut restarted, 2);
+        let start = Tick(u32::MAX - 1);
+        restarted.restart(start);
+        let mut fresh = device(default_input, start);
+        assert_eq!(restarted.acknowledgement(MOST_AGES), None);
+        assert_eq!(restarted.rejected_frames(), 0);
+        for device in [&mut restarted, &mut fresh] {
+            assert_eq!(device.tick(), start);
+            assert_eq!(play(device, 1), [(0.0, Age::Empty)]);
+            assert_eq!(device.offer(&sequence(start, &[1.0, 2.0])), Ok(()), "older ones are forgotten");
+            play(device, 3);
+        }
+        assert_eq!(restarted.step(), fresh.step());
+        assert_eq!(restarted.acknowledgement(MOST_AGES), fresh.acknowledgement(MOST_AGES));
+    }
+}
+
+#[test]
 fn saturation_bounds_every_input_and_hold_holds_the_bounded_one() {
     let limits = Some(Limits { min: SVector::from([0.5]), max: SVector::from([2.0]) });
     for (default_input, after) in [(DefaultInput::Zero, 0.5), (DefaultInput::Hold, 2.0)] {
-        let mut device = Device::new(Settings { default_input, limits }, Tick(0));
+        let mut device = lent::actuator(Settings { default_input, limits }, Tick(0), CAPACITY);
         assert_eq!(play(&mut device, 1), [(0.5, Age::Empty)], "zero is out of bounds");
-        assert_eq!(device.offer(sequence(Tick(1), &[-9.0, 1.0, f32::MAX])), Ok(()));
+        assert_eq!(device.offer(&sequence(Tick(1), &[-9.0, 1.0, f32::MAX])), Ok(()));
         let played: Vec<f32> = play(&mut device, 5).iter().map(|(input, _)| *input).collect();
         assert_eq!(played, [0.5, 1.0, 2.0, after, after]);
     }
@@ -105,7 +165,8 @@ fn saturation_bounds_every_input_and_hold_holds_the_bounded_one() {
 #[test]
 fn limits_in_the_wrong_order_do_not_panic() {
     let limits = Some(Limits { min: SVector::from([1.0]), max: SVector::from([-1.0]) });
-    let mut device = Device::new(Settings { default_input: DefaultInput::Hold, limits }, Tick(0));
+    let mut device =
+        lent::actuator(Settings { default_input: DefaultInput::Hold, limits }, Tick(0), CAPACITY);
     assert_eq!(play(&mut device, 2), [(-1.0, Age::Empty); 2]);
 }
 
@@ -113,14 +174,17 @@ fn limits_in_the_wrong_order_do_not_panic() {
 fn a_sequence_is_forgotten_long_before_its_tick_can_wrap() {
     // All state is in the debug form: equal forms behave alike for ever, so that what is forgotten after
     // some idle cycles cannot come back after 2^31 of them.
-    let mut used = device(DefaultInput::Zero, Tick(0));
-    assert_eq!(used.offer(sequence(Tick(0), &[1.0; CAPACITY])), Ok(()));
+    let settings = Settings { default_input: DefaultInput::Zero, limits: None };
+    // What is lent holds the sequence's own inputs, so that only what is remembered of them makes a difference.
+    let lent = || vec![SVector::from([1.0]); actuator::memory_len(CAPACITY)].leak();
+    let mut used = Device::new(settings, Tick(0), lent());
+    assert_eq!(used.offer(&sequence(Tick(0), &[1.0; CAPACITY])), Ok(()));
     play(&mut used, CAPACITY);
-    assert!(format!("{used:?}").contains("buffer: Some"), "it still guards against older packets");
+    assert!(format!("{used:?}").contains("buffered: Some"), "it still guards against older packets");
     play(&mut used, 1);
-    assert!(format!("{used:?}").contains("buffer: None"));
+    assert!(format!("{used:?}").contains("buffered: None"));
     // What was played is remembered for as long as it may have to be acknowledged.
-    let mut fresh = device(DefaultInput::Zero, used.tick());
+    let mut fresh = Device::new(settings, used.tick(), lent());
     play(&mut used, MOST_AGES);
     play(&mut fresh, MOST_AGES);
     assert_eq!(format!("{used:?}"), format!("{fresh:?}"));
@@ -137,7 +201,7 @@ fn acknowledged(device: &Device, cycles: usize) -> Vec<Age> {
 fn there_is_nothing_to_acknowledge_before_the_first_cycle() {
     let mut device = device(DefaultInput::Zero, Tick(0));
     assert_eq!(device.acknowledgement(MOST_AGES), None);
-    assert_eq!(device.offer(sequence(Tick(0), &[1.0])), Ok(()));
+    assert_eq!(device.offer(&sequence(Tick(0), &[1.0])), Ok(()));
     assert_eq!(device.acknowledgement(MOST_AGES), None, "it has arrived and is not played yet");
     device.step();
     assert_eq!(device.acknowledgement(1), Some(Acknowledgement::of(Tick(0), Age::Steps(0))));
@@ -150,9 +214,9 @@ fn an_acknowledgement_says_what_was_played_newest_first() {
         let start = Tick(u32::MAX - 1);
         let mut device = device(default_input, start);
         device.step();
-        assert_eq!(device.offer(sequence(start + 1, &[1.0, 2.0])), Ok(()));
+        assert_eq!(device.offer(&sequence(start + 1, &[1.0, 2.0])), Ok(()));
         play(&mut device, 3);
-        assert_eq!(device.offer(sequence(start + 3, &[3.0; CAPACITY])), Ok(()));
+        assert_eq!(device.offer(&sequence(start + 3, &[3.0; CAPACITY])), Ok(()));
         device.step();
         let ages = [Age::Steps(1), Age::Empty, Age::Steps(1), Age::Steps(0), Age::Empty];
         assert_eq!(device.acknowledgement(5).expect("played").tick, start + 4, "past the wrap of ticks");
@@ -177,7 +241,7 @@ fn an_acknowledgement_is_about_one_to_eight_cycles_whatever_is_asked_for() {
 #[test]
 fn asking_for_an_acknowledgement_changes_nothing() {
     let mut device = device(DefaultInput::Hold, Tick(0));
-    assert_eq!(device.offer(sequence(Tick(0), &[1.0, 2.0, 3.0])), Ok(()));
+    assert_eq!(device.offer(&sequence(Tick(0), &[1.0, 2.0, 3.0])), Ok(()));
     device.step();
     assert_eq!(device.acknowledgement(3), device.acknowledgement(3));
     assert_eq!(play(&mut device, 1), [(2.0, Age::Steps(1))]);

@@ -2,6 +2,7 @@
 
 use proptest::prelude::*;
 use slqg::blob::{self, BlobError, DesignId, EncodeError, Header, Shape, encoded_len, load, storage_len};
+use slqg::checked::{Finite, Probabilities};
 use slqg::gains::{Gains, InvalidGains, Tables};
 use slqg::{DefaultInput, Scalar};
 
@@ -11,9 +12,16 @@ const ZERO: Shape = Shape { length: 2, states: 2, inputs: 1, default_input: Defa
 const HOLD: Shape = Shape { length: 1, states: 1, inputs: 2, default_input: DefaultInput::Hold };
 const ID: DesignId = DesignId(0x1122_3344);
 
-const ZERO_TABLES: Tables<'static, f32> =
-    Tables { lx: &[-1.0, -2.0, 0.5, 0.1], m: &[0.25, -0.0], arrival: &[0.75] };
-const HOLD_TABLES: Tables<'static, f64> = Tables { lx: &[-1.0, 0.1], m: &[0.5, 0.0, 0.0, 0.5], arrival: &[] };
+const ZERO_TABLES: Tables<'static, f32> = Tables {
+    lx: Finite::<f32>::new(&[-1.0, -2.0, 0.5, 0.1]),
+    m: Finite::<f32>::new(&[0.25, -0.0]),
+    arrival: Probabilities::<f32>::new(&[0.75]),
+};
+const HOLD_TABLES: Tables<'static, f64> = Tables {
+    lx: Finite::<f64>::new(&[-1.0, 0.1]),
+    m: Finite::<f64>::new(&[0.5, 0.0, 0.0, 0.5]),
+    arrival: Probabilities::<f64>::new(&[]),
+};
 
 /// CRC-32/ISCSI bit by bit, as the page defines it.
 fn checksum(content: &[u8]) -> u32 {
@@ -168,19 +176,25 @@ fn what_could_not_be_loaded_is_not_written() {
         assert_eq!(blob::encode(ID, &shape, &ZERO_TABLES, buffer), Err(EncodeError::TooLarge));
     }
     let absurd = Shape { length: 255, states: 65_535, inputs: 65_535, ..ZERO };
+    let three = Finite::<f32>::new(&[0.0; 3]);
     for (shape, tables, reason) in [
         (Shape { length: 0, ..ZERO }, ZERO_TABLES, InvalidGains::NoInputs),
         (absurd, ZERO_TABLES, InvalidGains::StateGainLength),
-        (ZERO, Tables { lx: &[0.0; 3], ..ZERO_TABLES }, InvalidGains::StateGainLength),
-        (ZERO, Tables { m: &[0.0; 3], ..ZERO_TABLES }, InvalidGains::InFlightGainLength),
-        (ZERO, Tables { arrival: &[], ..ZERO_TABLES }, InvalidGains::ArrivalLength),
-        (ZERO, Tables { m: &[0.0, f32::NAN], ..ZERO_TABLES }, InvalidGains::NotFinite),
-        (ZERO, Tables { arrival: &[1.5], ..ZERO_TABLES }, InvalidGains::NotAProbability),
+        (ZERO, Tables { lx: three, ..ZERO_TABLES }, InvalidGains::StateGainLength),
+        (ZERO, Tables { m: three, ..ZERO_TABLES }, InvalidGains::InFlightGainLength),
+        (
+            ZERO,
+            Tables { arrival: Probabilities::<f32>::new(&[]), ..ZERO_TABLES },
+            InvalidGains::ArrivalLength,
+        ),
     ] {
         assert_eq!(blob::encode(ID, &shape, &tables, buffer), Err(EncodeError::Gains(reason)));
     }
     assert_eq!(blob::encode(ID, &ZERO, &ZERO_TABLES, &mut buffer[..47]), Err(EncodeError::BufferTooSmall));
     assert_eq!(*buffer, [0xAA; 128], "nothing is written of what is refused");
+    // Numbers that are no gains or no probabilities are in no tables that could be written.
+    assert_eq!(Tables::check(&[0.0], &[0.0, f32::NAN], &[]), Err(InvalidGains::NotFinite));
+    assert_eq!(Tables::check(&[0.0], &[], &[1.5_f32]), Err(InvalidGains::NotAProbability));
 }
 
 #[test]
@@ -235,7 +249,8 @@ proptest! {
         id in any::<u32>(),
     ) {
         let (lx, m) = numbers.split_at(4);
-        let tables = Tables { lx, m, arrival: &[arrival] };
+        let arrival = [arrival];
+        let tables = Tables::check(lx, m, &arrival).unwrap();
         let mut buffer = [0; 128];
         let blob = blob::encode(DesignId(id), &ZERO, &tables, &mut buffer).unwrap();
         let mut storage = [0.0; 7];

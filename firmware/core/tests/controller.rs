@@ -3,39 +3,40 @@
 #[path = "random/dice.rs"]
 mod dice;
 mod double_integrator;
+mod lent;
 #[path = "random/shuffle.rs"]
 mod shuffle;
 
 use dice::Dice;
-use double_integrator::{DELAYS, LATE, Node, Number, Workshop};
+use double_integrator::{DELAYS, LATE, LENGTH, Node, Workshop};
 use shuffle::shuffle;
-use slqg::actuator::{Actuator, Age, Applied, Limits, Settings};
+use slqg::actuator::{Actuator, Applied, Limits, Settings};
 use slqg::nalgebra::SVector;
 use slqg::wire::{self, Acknowledgement, Measurement};
-use slqg::{DefaultInput, Tick};
+use slqg::{Age, DefaultInput, Scalar, Tick};
 
 const CYCLES: usize = 400;
 const START: Tick = Tick(u32::MAX - 200);
 /// How late acknowledgements come: mostly at once, some too late for a short memory, some never.
 const ACKNOWLEDGED: [f64; 6] = [0.5, 0.15, 0.1, 0.1, 0.05, 0.05];
 
-fn measurement_frame<T: Number>(tick: Tick, output: T) -> Vec<u8> {
+fn measurement_frame<T: Scalar>(tick: Tick, output: T) -> Vec<u8> {
     let mut buffer = [0; 32];
     let measurement = Measurement { tick, output: SVector::from([output]) };
     wire::encode_measurement(&measurement, &mut buffer).expect("there is room").to_vec()
 }
 
-fn acknowledgement_frame<T: Number>(tick: Tick, age: Age) -> Vec<u8> {
+fn acknowledgement_frame<T: Scalar>(tick: Tick, age: Age) -> Vec<u8> {
     let mut buffer = [0; 32];
     let acknowledgement = Acknowledgement::of(tick, age);
     wire::encode_acknowledgement::<T>(&acknowledgement, &mut buffer).expect("there is room").to_vec()
 }
 
 /// One run: a plant, its two ends, and frames under way as (cycle of arrival, bytes).
-struct Loop<'a, T: Number> {
+struct Loop<'a, T: Scalar> {
     workshop: &'a Workshop<T>,
     controller: Node<'a, T>,
-    actuator: Actuator<T, 1, 6>,
+    actuator: Actuator<'static, T, 1>,
     state: SVector<T, 2>,
     dice: Dice,
     cycle: usize,
@@ -46,12 +47,12 @@ struct Loop<'a, T: Number> {
     acknowledged: Vec<bool>,
 }
 
-impl<'a, T: Number> Loop<'a, T> {
+impl<'a, T: Scalar> Loop<'a, T> {
     fn new(workshop: &'a Workshop<T>, seed: u64) -> Self {
         Self {
             workshop,
-            controller: Node::new(workshop.design(), START).expect("a fitting design"),
-            actuator: Actuator::new(workshop.settings, START),
+            controller: lent::controller(workshop.design(), START).expect("a fitting design"),
+            actuator: lent::actuator(workshop.settings, START, LENGTH),
             state: SVector::from([1.0, 0.5].map(T::nearest)),
             dice: Dice(seed),
             cycle: 0,
@@ -124,13 +125,13 @@ fn take_arrived(under_way: &mut Vec<(usize, Vec<u8>)>, cycle: usize) -> Vec<Vec<
     arrived.into_iter().map(|(_, frame)| frame).collect()
 }
 
-fn settings<T: Number>(default_input: DefaultInput, bound: Option<f64>) -> Settings<T, 1> {
+fn settings<T: Scalar>(default_input: DefaultInput, bound: Option<f64>) -> Settings<T, 1> {
     let bounds = |bound: f64| [-bound, bound].map(|value| SVector::from([T::nearest(value)]));
     Settings { default_input, limits: bound.map(bounds).map(|[min, max]| Limits { min, max }) }
 }
 
 /// Every setting of a loop, with a seed.
-fn every_loop<T: Number>(check: impl Fn(Loop<'_, T>)) {
+fn every_loop<T: Scalar>(check: impl Fn(Loop<'_, T>)) {
     for default_input in [DefaultInput::Zero, DefaultInput::Hold] {
         for bound in [None, Some(0.8)] {
             let workshop = Workshop::double_integrator(settings::<T>(default_input, bound));
@@ -142,7 +143,7 @@ fn every_loop<T: Number>(check: impl Fn(Loop<'_, T>)) {
 }
 
 /// Acknowledged inputs, remembered or not, are believed to the bit to be what left the actuator.
-fn belief_is_what_was_applied<T: Number>(mut run: Loop<'_, T>) {
+fn belief_is_what_was_applied<T: Scalar>(mut run: Loop<'_, T>) {
     let mut compared = 0;
     for _ in 0..CYCLES {
         run.run_cycle();
@@ -169,8 +170,8 @@ fn an_acknowledged_input_is_believed_to_be_what_the_actuator_applied() {
     every_loop::<f64>(belief_is_what_was_applied);
 }
 
-fn order_does_not_matter<T: Number>(mut run: Loop<'_, T>) {
-    let mut other = run.controller.clone();
+fn order_does_not_matter<T: Scalar>(mut run: Loop<'_, T>) {
+    let mut other = lent::controller(run.workshop.design(), START).expect("a fitting design");
     let mut other_order = Dice(run.dice.0 ^ 0x5555);
     for cycle in 0..CYCLES {
         let mut frames = run.frames_for_controller();
@@ -195,8 +196,8 @@ fn the_order_of_frames_within_a_cycle_does_not_change_a_bit() {
     every_loop::<f64>(order_does_not_matter);
 }
 
-fn garbage_changes_nothing<T: Number>(mut run: Loop<'_, T>) {
-    let mut other = run.controller.clone();
+fn garbage_changes_nothing<T: Scalar>(mut run: Loop<'_, T>) {
+    let mut other = lent::controller(run.workshop.design(), START).expect("a fitting design");
     let mut garbage_frames = 0;
     for cycle in 0..CYCLES {
         let now = other.tick();

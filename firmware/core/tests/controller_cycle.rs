@@ -2,39 +2,40 @@
 
 mod by_hand;
 mod double_integrator;
+mod lent;
 
 use by_hand::{acknowledge, cycle, measure, workshop};
-use double_integrator::{LATE, LENGTH, Node};
-use slqg::actuator::{Actuator, Age, Applied, Settings};
-use slqg::controller::{Controller, Counts, Design, InvalidDesign, RejectedFrame};
-use slqg::estimator::Merging;
+use double_integrator::LENGTH;
+use slqg::actuator::{Applied, Settings};
+use slqg::controller::{Counts, Design, InvalidDesign, RejectedFrame};
 use slqg::gains::{Gains, Tables};
-use slqg::in_flight::InFlight;
 use slqg::nalgebra::SVector;
+use slqg::played::Played;
 use slqg::wire::{self, EncodeError};
-use slqg::{DefaultInput, Tick, sequence::ControlSequence};
+use slqg::{Age, DefaultInput, Tick};
 
 #[test]
 fn what_is_sent_is_the_law_for_the_acknowledged_age() {
     for default_input in [DefaultInput::Zero, DefaultInput::Hold] {
         let workshop = workshop(default_input);
         let gains = workshop.design().gains;
-        let mut controller = Node::new(workshop.design(), Tick(0)).expect("a fitting design");
+        let mut controller = lent::controller(workshop.design(), Tick(0)).expect("a fitting design");
         measure(&mut controller, 0, 1.0);
-        let mut in_flight = InFlight::<f32, 1, 6, 1>::default();
+        let mut in_flight = lent::in_flight(LENGTH, LENGTH, Tick(0));
+        let mut played = Played::nothing();
         let ages = [Some(0), Some(1), Some(0), Some(1), Some(2), Some(3), None, None, Some(1)];
         let ages = ages.map(|steps| steps.map_or(Age::Empty, Age::Steps));
         let mut applied = SVector::zeros();
         for (tick, age) in (0..).zip(ages) {
             let inputs: Vec<f32> = cycle(&mut controller);
-            let law = gains
-                .sequence::<6>(controller.estimator().posterior_mean(), &in_flight.expected_inputs(&gains));
+            let expected = lent::expected(&in_flight, &gains, &played);
+            let law = lent::sequence(&gains, controller.estimator().posterior_mean(), &expected);
             assert_eq!(inputs, law.iter().map(|input| input[0]).collect::<Vec<_>>(), "cycle {tick}");
-            in_flight.push(Some(ControlSequence { tick: Tick(tick), inputs: law }));
+            lent::push(&mut in_flight, Some(&law));
             acknowledge(&mut controller, tick, age).expect("of use");
             let input = in_flight.applied_input(default_input, Tick(tick), age, &applied);
             applied = input.expect("it was sent");
-            in_flight.acknowledge(age, applied);
+            played = Played::Known(age, applied);
         }
     }
 }
@@ -43,8 +44,8 @@ fn what_is_sent_is_the_law_for_the_acknowledged_age() {
 fn no_sequence_that_is_not_finite_is_sent() {
     let mut workshop = workshop(DefaultInput::Zero);
     workshop.model.initial_mean = SVector::from([f32::MAX, f32::MAX]);
-    let mut controller = Node::new(workshop.design(), Tick(0)).expect("a fitting design");
-    let mut actuator = Actuator::<f32, 1, 6>::new(workshop.settings, Tick(0));
+    let mut controller = lent::controller(workshop.design(), Tick(0)).expect("a fitting design");
+    let mut actuator = lent::actuator(workshop.settings, Tick(0), LENGTH);
     let mut buffer = [0; 64];
     let mut withheld = 0;
     let mut last: Option<Applied<f32, 1>> = None;
@@ -68,7 +69,7 @@ fn no_sequence_that_is_not_finite_is_sent() {
 #[test]
 fn a_buffer_that_is_too_small_costs_the_packet_and_nothing_else() {
     let workshop = workshop(DefaultInput::Zero);
-    let mut controller = Node::new(workshop.design(), Tick(0)).expect("a fitting design");
+    let mut controller = lent::controller(workshop.design(), Tick(0)).expect("a fitting design");
     let mut short = [0; wire::control_len(1, LENGTH, 4) - 1];
     assert_eq!(controller.cycle(&mut short), Err(EncodeError::BufferTooSmall));
     assert_eq!(controller.tick(), Tick(1), "the cycle is over");
@@ -81,36 +82,23 @@ fn a_buffer_that_is_too_small_costs_the_packet_and_nothing_else() {
 fn a_design_that_does_not_fit_is_refused() {
     let workshop = workshop(DefaultInput::Zero);
     let design = workshop.design();
-    let short = Controller::<f32, 2, 1, 1, 3, 8>::new(design, Tick(0));
-    assert_eq!(short.err(), Some(InvalidDesign::Capacity));
-    let exact = Controller::<f32, 2, 1, 1, 4, 8>::new(design, Tick(0));
-    assert_eq!(exact.err(), None);
-    let forgetful = Controller::<f32, 2, 1, 1, 4, LATE>::new(design, Tick(0));
-    assert_eq!(forgetful.err(), Some(InvalidDesign::MeasurementBuffer));
-    for merging in [Merging::Imm, Merging::Gpb2] {
-        let design = Design { merging, ..design };
-        let narrow = Controller::<f32, 2, 1, 1, 4, 8, LENGTH>::new(design, Tick(0));
-        assert_eq!(narrow.err(), Some(InvalidDesign::Estimates));
-        let exact = Controller::<f32, 2, 1, 1, 4, 8, { LENGTH + 1 }>::new(design, Tick(0));
-        assert_eq!(exact.err(), None);
-    }
     for arrives_at_once in [-0.1, 1.1, f32::NAN] {
-        let unlikely = Node::new(Design { arrives_at_once, ..design }, Tick(0));
+        let unlikely = lent::controller(Design { arrives_at_once, ..design }, Tick(0));
         assert_eq!(unlikely.err(), Some(InvalidDesign::NotAProbability));
     }
     let hold = Settings { default_input: DefaultInput::Hold, ..design.actuator };
-    let mixed = Node::new(Design { actuator: hold, ..design }, Tick(0));
+    let mixed = lent::controller(Design { actuator: hold, ..design }, Tick(0));
     assert_eq!(mixed.err(), Some(InvalidDesign::DefaultInput));
 }
 
 #[test]
 fn gains_replaced_in_the_middle_decide_the_next_sequence() {
     let workshop = workshop(DefaultInput::Zero);
-    let mut controller = Node::new(workshop.design(), Tick(0)).expect("a design that fits");
+    let mut controller = lent::controller(workshop.design(), Tick(0)).expect("a design that fits");
     cycle(&mut controller);
     let still = vec![0.0; LENGTH * 2];
     let (m, arrival) = (vec![0.0; LENGTH * (LENGTH - 1)], vec![0.0; LENGTH * (LENGTH - 1) / 2]);
-    let tables = Tables { lx: &still, m: &m, arrival: &arrival };
+    let tables = Tables::check(&still, &m, &arrival).expect("gains");
     let nothing =
         Gains::<f32, 2, 1>::check(LENGTH, DefaultInput::Zero, tables).expect("tables of the right shape");
     assert_eq!(controller.set_gains(nothing), Ok(()));
@@ -120,8 +108,8 @@ fn gains_replaced_in_the_middle_decide_the_next_sequence() {
 #[test]
 fn gains_of_another_length_or_default_input_do_not_replace() {
     let workshop = workshop(DefaultInput::Zero);
-    let mut controller = Node::new(workshop.design(), Tick(0)).expect("a design that fits");
-    let tables = Tables { lx: &[0.0; 4], m: &[0.0; 2], arrival: &[0.0; 1] };
+    let mut controller = lent::controller(workshop.design(), Tick(0)).expect("a design that fits");
+    let tables = Tables::check(&[0.0; 4], &[0.0; 2], &[0.0; 1]).expect("gains");
     let shorter =
         Gains::<f32, 2, 1>::check(2, DefaultInput::Zero, tables).expect("tables of the right shape");
     assert_eq!(controller.set_gains(shorter), Err(InvalidDesign::Length));
@@ -135,9 +123,9 @@ fn a_law_longer_than_a_frame_can_count_is_refused() {
     let workshop = workshop(DefaultInput::Zero);
     let (lx, m) = (vec![0.0; LONG * 2], vec![0.0; LONG * (LONG - 1)]);
     let arrival = vec![0.0; LONG * (LONG - 1) / 2];
-    let tables = Tables { lx: &lx, m: &m, arrival: &arrival };
+    let tables = Tables::check(&lx, &m, &arrival).expect("gains");
     let gains =
         Gains::<f32, 2, 1>::check(LONG, DefaultInput::Zero, tables).expect("tables of the right shape");
-    let long = Controller::<f32, 2, 1, 1, LONG, 8>::new(Design { gains, ..workshop.design() }, Tick(0));
+    let long = lent::controller(Design { gains, ..workshop.design() }, Tick(0));
     assert_eq!(long.err(), Some(InvalidDesign::Capacity));
 }

@@ -4,11 +4,12 @@
 mod can_bus;
 #[path = "random/dice.rs"]
 mod dice;
+mod lent;
 
 use can_bus::{BusFrame, grid, identifiers};
 use dice::Dice;
-use slqg::actuator::{Actuator, Applied, Settings};
-use slqg::controller::{Controller, Design, InvalidDesign};
+use slqg::actuator::{Applied, Settings};
+use slqg::controller::{Design, InvalidDesign};
 use slqg::estimator::{Merging, Model};
 use slqg::gains::{Gains, Tables};
 use slqg::nalgebra::{SMatrix, SVector};
@@ -26,22 +27,15 @@ const LX: [f64; 2 * LENGTH] = [-3.0, -3.0, -2.6, -2.7, -2.2, -2.4];
 const M: [f64; LENGTH * (LENGTH - 1)] = [0.1, 0.02, 0.05, 0.01, 0.02, 0.0];
 const ARRIVAL: [f64; 3] = [0.5, 0.25, 0.6];
 
-type Node<'a, T> = Controller<'a, T, 2, 1, 1, LENGTH, 8>;
-
-trait Number: Scalar {
-    fn gains(tables: Tables<'_, Self>) -> Gains<'_, Self, 2, 1>;
+/// The law, which the numbers of both scalars are.
+fn gains<T: Scalar>(tables: &[Vec<T>; 3]) -> Gains<'_, T, 2, 1> {
+    let [lx, m, arrival] = tables;
+    let tables = Tables::check(lx, m, arrival).expect("gains");
+    Gains::check(LENGTH, DefaultInput::Zero, tables).expect("tables that fit")
 }
 
-impl Number for f32 {
-    fn gains(tables: Tables<'_, f32>) -> Gains<'_, f32, 2, 1> {
-        Gains::<f32, 2, 1>::check(LENGTH, DefaultInput::Zero, tables).expect("tables that fit")
-    }
-}
-
-impl Number for f64 {
-    fn gains(tables: Tables<'_, f64>) -> Gains<'_, f64, 2, 1> {
-        Gains::<f64, 2, 1>::check(LENGTH, DefaultInput::Zero, tables).expect("tables that fit")
-    }
+fn tables<T: Scalar>() -> [Vec<T>; 3] {
+    [&LX[..], &M, &ARRIVAL].map(|values| values.iter().map(|&value| T::nearest(value)).collect())
 }
 
 /// Position and speed, position measured.
@@ -64,13 +58,12 @@ fn inputs<T: Scalar>() -> Grid<T, 1> {
 
 /// Runs the loop over a bus that loses and delays frames. Returns in how many cycles a control frame came out of its CAN
 /// frame as it went in, in how many the controller then knew the applied input to the bit, and the largest position.
-fn on_the_bus<T: Number>(in_design: Option<Grid<T, 1>>) -> (u32, u32, f64) {
+fn on_the_bus<T: Scalar>(in_design: Option<Grid<T, 1>>) -> (u32, u32, f64) {
     let model = model::<T>();
     let settings = Settings { default_input: DefaultInput::Zero, limits: None };
-    let table = |values: &[f64]| values.iter().map(|&value| T::nearest(value)).collect::<Vec<_>>();
-    let (lx, m, arrival) = (table(&LX), table(&M), table(&ARRIVAL));
+    let tables = tables::<T>();
     let design = Design {
-        gains: T::gains(Tables { lx: &lx, m: &m, arrival: &arrival }),
+        gains: gains(&tables),
         model: &model,
         actuator: settings,
         measurement_buffer: 4,
@@ -83,8 +76,8 @@ fn on_the_bus<T: Number>(in_design: Option<Grid<T, 1>>) -> (u32, u32, f64) {
     };
     let compact =
         Compact::<T, 1, 1>::new(identifiers(), inputs(), grid([1.0 / 4096.0])).expect("a valid form");
-    let mut controller = Node::new(design, START).expect("a fitting design");
-    let mut actuator = Actuator::<T, 1, LENGTH>::new(settings, START);
+    let mut controller = lent::controller(design, START).expect("a fitting design");
+    let mut actuator = lent::actuator(settings, START, LENGTH);
     let mut state = SVector::<T, 2>::from([1.0, 0.5].map(T::nearest));
     let mut dice = Dice(0x9E37_79B9_7F4A_7C15);
     let mut last: Option<Applied<T, 1>> = None;
@@ -131,7 +124,7 @@ fn on_the_bus<T: Number>(in_design: Option<Grid<T, 1>>) -> (u32, u32, f64) {
     (same, known, largest)
 }
 
-fn knows_what_is_applied<T: Number>() {
+fn knows_what_is_applied<T: Scalar>() {
     let (same, known, largest) = on_the_bus::<T>(Some(inputs()));
     assert_eq!((same, known), (CYCLES, CYCLES - 1), "all but the last");
     assert!((1.0..1.5).contains(&largest), "{largest}");
@@ -148,10 +141,9 @@ fn a_loop_on_classic_can_loses_nothing_of_the_inputs() {
 #[test]
 fn a_grid_without_a_positive_step_is_refused() {
     let model = model::<f32>();
-    let tables =
-        [&LX[..], &M, &ARRIVAL].map(|values| values.iter().map(|&value| value as f32).collect::<Vec<_>>());
+    let tables = tables::<f32>();
     let design = Design {
-        gains: f32::gains(Tables { lx: &tables[0], m: &tables[1], arrival: &tables[2] }),
+        gains: gains(&tables),
         model: &model,
         actuator: Settings { default_input: DefaultInput::Zero, limits: None },
         measurement_buffer: 4,
@@ -162,9 +154,9 @@ fn a_grid_without_a_positive_step_is_refused() {
         merging: Merging::Single,
         grid: Some(inputs()),
     };
-    assert_eq!(Node::new(design, START).err(), None);
+    assert_eq!(lent::controller(design, START).err(), None);
     for grid in [grid([0.0]), grid([-1.0]), grid([f64::NAN]), Grid { largest_count: 0, ..inputs() }] {
-        let refused = Node::new(Design { grid: Some(grid), ..design }, START);
+        let refused = lent::controller(Design { grid: Some(grid), ..design }, START);
         assert_eq!(refused.err(), Some(InvalidDesign::Grid), "{grid:?}");
     }
 }

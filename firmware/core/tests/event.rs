@@ -3,20 +3,21 @@
 #[path = "random/dice.rs"]
 mod dice;
 mod double_integrator;
+mod lent;
 #[path = "random/shuffle.rs"]
 mod shuffle;
 mod trigger_bench;
 
 use dice::Dice;
-use double_integrator::{DELAYS, Node, Number};
+use double_integrator::{DELAYS, LENGTH, Node};
 use shuffle::shuffle;
-use slqg::actuator::{Actuator, Age, Applied};
+use slqg::actuator::Applied;
 use slqg::controller::{Counts, RejectedFrame};
 use slqg::event::Trigger;
 use slqg::nalgebra::SVector;
 use slqg::wire::{self, Acknowledgement, Measurement};
-use slqg::{DefaultInput, Tick};
-use trigger_bench::{BOTH, Bench, Judge};
+use slqg::{Age, DefaultInput, Scalar, Tick};
+use trigger_bench::{BOTH, Bench};
 
 const CYCLES: usize = 300;
 /// Sends some sequences of a run and keeps some.
@@ -24,7 +25,7 @@ const SOME: f64 = 0.01;
 
 /// What happened in one run of the loop.
 #[derive(Debug, PartialEq)]
-struct Run<T: Judge> {
+struct Run<T: Scalar> {
     sent: Vec<Option<Vec<u8>>>,
     applied: Vec<Applied<T, 1>>,
     counts: Counts,
@@ -32,13 +33,13 @@ struct Run<T: Judge> {
     cost: f64,
 }
 
-impl<T: Judge> Run<T> {
+impl<T: Scalar> Run<T> {
     fn packets(&self) -> usize {
         self.sent.iter().flatten().count()
     }
 }
 
-fn acknowledge<T: Number>(controller: &mut Node<'_, T>, tick: Tick, age: Age) -> Result<(), RejectedFrame> {
+fn acknowledge<T: Scalar>(controller: &mut Node<'_, T>, tick: Tick, age: Age) -> Result<(), RejectedFrame> {
     let mut buffer = [0; 32];
     let acknowledgement = Acknowledgement::of(tick, age);
     let frame = wire::encode_acknowledgement::<T>(&acknowledgement, &mut buffer).expect("there is room");
@@ -46,9 +47,9 @@ fn acknowledge<T: Number>(controller: &mut Node<'_, T>, tick: Tick, age: Age) ->
 }
 
 /// Runs the loop over a link that loses and delays control packets; every acknowledgement must be accepted.
-fn run<T: Judge>(bench: &Bench<T>, trigger: Option<Trigger<'_, T, 2, 1>>, seed: u64) -> Run<T> {
-    let mut controller = Node::new(bench.design(trigger), Tick(0)).expect("a fitting design");
-    let mut actuator = Actuator::<T, 1, 6>::new(bench.workshop.settings, Tick(0));
+fn run<T: Scalar>(bench: &Bench<T>, trigger: Option<Trigger<'_, T, 2, 1>>, seed: u64) -> Run<T> {
+    let mut controller = lent::controller(bench.design(trigger), Tick(0)).expect("a fitting design");
+    let mut actuator = lent::actuator(bench.workshop.settings, Tick(0), LENGTH);
     let model = &bench.workshop.model;
     let mut dice = Dice(0x9E37_79B9_7F4A_7C15 ^ (seed << 20));
     let mut state = SVector::from([1.0, 0.5].map(T::nearest));
@@ -88,7 +89,7 @@ fn run<T: Judge>(bench: &Bench<T>, trigger: Option<Trigger<'_, T, 2, 1>>, seed: 
     Run { sent, applied, counts: controller.counts(), cost }
 }
 
-fn a_free_packet_is_always_sent<T: Judge>() {
+fn a_free_packet_is_always_sent<T: Scalar>() {
     for default_input in BOTH {
         let bench = Bench::<T>::new(default_input);
         for seed in 0..5 {
@@ -154,7 +155,7 @@ fn with_packets_in_the_bill_sending_what_is_worth_it_costs_less_than_sending_all
 #[test]
 fn an_acknowledgement_of_a_packet_that_was_not_sent_is_refused() {
     let bench = Bench::<f32>::new(DefaultInput::Hold);
-    let mut controller = Node::new(bench.design(None), Tick(0)).expect("a fitting design");
+    let mut controller = lent::controller(bench.design(None), Tick(0)).expect("a fitting design");
     let mut buffer = [0; 64];
     assert!(controller.cycle(&mut buffer).expect("there is room").is_some());
     controller.set_trigger(Some(bench.trigger(f64::INFINITY))).expect("a fitting trigger");

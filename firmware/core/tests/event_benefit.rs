@@ -1,16 +1,18 @@
 //! What sending is worth is the difference of two expected costs, over every way in which the packets may arrive.
 
+mod lent;
 mod situation;
 
 use proptest::prelude::*;
 use proptest::strategy::ValueTree;
 use proptest::test_runner::TestRunner;
-use situation::{CAPACITY, NOW, Sequence, Situation, situations};
-use slqg::DefaultInput;
-use slqg::actuator::Age;
+use situation::{CAPACITY, NOW, Situation, situations};
+use slqg::checked::NonNegative;
 use slqg::event::{Candidate, TableLengths, Tables, Trigger};
 use slqg::nalgebra::{SMatrix, SVector};
+use slqg::sequence::ControlSequence;
 use slqg::synthesis::{Dimensions, LinearCost, Problem, Stage, Synthesis};
+use slqg::{Age, DefaultInput};
 use std::collections::HashMap;
 
 const NX: usize = 2;
@@ -75,23 +77,23 @@ fn expected_cost<const NU: usize>(
     situation: &Situation,
     plant: &Plant<NU>,
     to_go: &CostToGo,
-    sent_now: Option<&Sequence<NU>>,
+    sent_now: Option<&[SVector<f64, NU>]>,
 ) -> f64 {
     let count = situation.default_input.in_flight(situation.length);
     let packets: Vec<usize> = sent_now.map(|_| 0).into_iter().chain(situation.under_way()).collect();
-    let (actuator, _) = situation.actuator::<NU>();
     // What is played in each way: the ages that are told, and the inputs.
     let played: Vec<(f64, Vec<Age>, Vec<f64>)> = situation
         .ways(&packets)
         .into_iter()
         .map(|(probability, delays)| {
-            let mut actuator = actuator.clone();
+            let (mut actuator, _) = situation.actuator::<NU>();
             let (mut ages, mut inputs) = (vec![], vec![]);
             for m in 0..=count {
                 for (b, _) in delays.iter().filter(|(b, delay)| *delay == b + m) {
-                    let packet =
-                        sent_now.filter(|_| *b == 0).cloned().unwrap_or_else(|| situation.packet(*b));
-                    let _ = actuator.offer(packet);
+                    match sent_now.filter(|_| *b == 0) {
+                        Some(inputs) => actuator.offer(&ControlSequence { tick: NOW, inputs }).is_ok(),
+                        None => situation.arrives(*b, &mut actuator),
+                    };
                 }
                 let applied = actuator.step();
                 ages.push(applied.age);
@@ -181,9 +183,9 @@ fn benefits<const NU: usize>(situation: &Situation, plant: &Plant<NU>) -> (f64, 
     // The tables are those of the cost-to-go that the law is optimal for.
     synthesis.value_mut().copy_from_slice(&value);
     let tables = OwnedTables::of(&mut synthesis);
-    situation.with_law::<NX, NU, _>(synthesis.gains(), |gains, in_flight| {
-        let expected = in_flight.expected_inputs(gains);
-        let mut inputs = gains.sequence::<CAPACITY>(&plant.state, &expected);
+    situation.with_law::<NX, NU, _>(synthesis.gains(), |gains, in_flight, played| {
+        let expected = lent::expected(in_flight, gains, &played);
+        let mut inputs = lent::sequence(gains, &plant.state, &expected);
         for (input, feedforward) in inputs.iter_mut().zip(linear.feedforward().chunks(NU)) {
             *input += SVector::<f64, NU>::from_column_slice(feedforward);
         }
@@ -193,11 +195,14 @@ fn benefits<const NU: usize>(situation: &Situation, plant: &Plant<NU>) -> (f64, 
             expected: &expected,
             inputs: &inputs,
             displaced: &displaced,
+            played,
         };
-        let trigger = Trigger::<f64, NX, NU>::check(length, default_input, 1.0, tables.borrow());
-        let found = trigger.expect("tables of the right shape").benefit(gains, in_flight, candidate);
-        let sequence = Sequence { tick: NOW, inputs };
-        let with = expected_cost(situation, plant, &to_go, Some(&sequence));
+        let send_cost = NonNegative::<f64>::new(1.0);
+        let trigger = Trigger::<f64, NX, NU>::check(length, default_input, send_cost, tables.borrow());
+        let trigger = trigger.expect("tables of the right shape");
+        let mut room = vec![SVector::zeros(); gains.in_flight()];
+        let found = trigger.benefit(gains, in_flight, &candidate, &mut room);
+        let with = expected_cost(situation, plant, &to_go, Some(&inputs));
         let without = expected_cost(situation, plant, &to_go, None);
         (found, without - with, with.abs() + without.abs())
     })
@@ -223,7 +228,7 @@ impl OwnedTables {
     }
 
     fn borrow(&self) -> Tables<'_, f64> {
-        Tables { state: &self.state, in_flight: &self.in_flight, sequence: &self.sequence }
+        Tables::check(&self.state, &self.in_flight, &self.sequence).expect("finite")
     }
 }
 

@@ -3,18 +3,18 @@
 #[path = "random/dice.rs"]
 mod dice;
 mod double_integrator;
+mod lent;
 mod trigger_bench;
 
 use dice::Dice;
-use double_integrator::{LENGTH, Node};
-use slqg::actuator::{Actuator, Age};
+use double_integrator::LENGTH;
 use slqg::event::Candidate;
-use slqg::in_flight::InFlight;
 use slqg::nalgebra::SVector;
+use slqg::played::Played;
 use slqg::tracking::Feedforward;
 use slqg::wire::{self, Acknowledgement};
-use slqg::{DefaultInput, Tick, sequence::ControlSequence};
-use trigger_bench::{BOTH, Bench, Judge};
+use slqg::{Age, DefaultInput, Scalar, Tick};
+use trigger_bench::{BOTH, Bench};
 
 const SEND_COST: f64 = 0.3;
 
@@ -39,21 +39,21 @@ fn what_saves_exactly_its_cost_is_kept_and_what_cannot_be_judged_is_sent() {
 }
 
 /// What one sequence is worth, computed in `T`: for a state and packets sent that are given by `numbers`.
-fn benefit<T: Judge>(bench: &Bench<T>, numbers: &[f64], sent: [bool; LENGTH], age: Age) -> f64 {
+fn benefit<T: Scalar>(bench: &Bench<T>, numbers: &[f64], sent: [bool; LENGTH], age: Age) -> f64 {
     let number = |at: usize| SVector::from([T::nearest(numbers[at])]);
-    let mut in_flight = InFlight::<T, 1, 6, 1>::default();
+    let mut in_flight = lent::in_flight(LENGTH, LENGTH, Tick(100) - LENGTH as u32);
     for ago in (1..=LENGTH).rev() {
-        let inputs = (0..LENGTH).map(|entry| number(ago * LENGTH + entry)).collect();
-        in_flight.push(sent[ago - 1].then_some(ControlSequence { tick: Tick(100) - ago as u32, inputs }));
+        let inputs: Vec<_> = (0..LENGTH).map(|entry| number(ago * LENGTH + entry)).collect();
+        lent::push(&mut in_flight, sent[ago - 1].then_some(&inputs));
     }
-    in_flight.acknowledge(age, number(0));
+    let played = Played::Known(age, number(0));
     let gains = bench.workshop.design().gains;
     let state = SVector::from([T::nearest(numbers[1]), T::nearest(numbers[2])]);
-    let expected = in_flight.expected_inputs(&gains);
-    let inputs = gains.sequence::<6>(&state, &expected);
+    let expected = lent::expected(&in_flight, &gains, &played);
+    let inputs = lent::sequence(&gains, &state, &expected);
     let candidate =
-        Candidate { posterior_mean: &state, expected: &expected, inputs: &inputs, displaced: &[] };
-    bench.trigger(0.0).benefit(&gains, &in_flight, candidate).widen()
+        Candidate { posterior_mean: &state, expected: &expected, inputs: &inputs, displaced: &[], played };
+    bench.trigger(0.0).benefit(&gains, &in_flight, &candidate, lent::inputs(LENGTH)).widen()
 }
 
 #[test]
@@ -94,38 +94,43 @@ fn the_decision_is_about_the_sequence_with_its_feedforward_and_what_it_displaces
     for default_input in BOTH {
         let bench = Bench::<f64>::new(default_input);
         let (trigger, gains) = (bench.trigger(SEND_COST), bench.workshop.design().gains);
-        let mut controller = Node::new(bench.design(Some(trigger)), Tick(0)).expect("a fitting design");
-        let mut actuator = Actuator::<f64, 1, 6>::new(bench.workshop.settings, Tick(0));
-        let mut in_flight = InFlight::<f64, 1, 6, 1>::default();
+        let mut controller =
+            lent::controller(bench.design(Some(trigger)), Tick(0)).expect("a fitting design");
+        let mut actuator = lent::actuator(bench.workshop.settings, Tick(0), LENGTH);
+        let mut in_flight = lent::in_flight(LENGTH, LENGTH, Tick(0));
+        let mut played = Played::nothing();
         let mut dice = Dice(0xD1CE);
         let (mut decided, mut otherwise) = ([0; 2], 0);
         for tick in 0..400 {
-            let mut numbers = |count| (0..count).map(|_| SVector::from([dice.roll() * 8.0 - 4.0])).collect();
-            let feedforward = Feedforward { inputs: numbers(LENGTH), displaced: numbers(gains.in_flight()) };
-            controller.set_feedforward(feedforward.clone()).expect("finite");
+            let mut numbers =
+                |count| (0..count).map(|_| SVector::from([dice.roll() * 8.0 - 4.0])).collect::<Vec<_>>();
+            let (added, displaced) = (numbers(LENGTH), numbers(gains.in_flight()));
+            let feedforward = Feedforward { inputs: &added, displaced: &displaced };
+            controller.set_feedforward(feedforward).expect("finite");
             let mut buffer = [0; 64];
             let frame = controller.cycle(&mut buffer).expect("there is room");
 
-            let (state, expected) =
-                (controller.estimator().posterior_mean(), in_flight.expected_inputs(&gains));
-            let mut inputs = gains.sequence::<6>(state, &expected);
-            feedforward.add_to(&mut inputs);
+            let state = controller.estimator().posterior_mean();
+            let expected = lent::expected(&in_flight, &gains, &played);
+            let mut inputs = lent::sequence(&gains, state, &expected);
+            inputs.iter_mut().zip(&added).for_each(|(input, added)| *input += added);
             let decides = |displaced| {
-                let candidate =
-                    Candidate { posterior_mean: state, expected: &expected, inputs: &inputs, displaced };
-                trigger.is_worth_sending(trigger.benefit(&gains, &in_flight, candidate))
+                let (expected, inputs) = (&expected[..], &inputs[..]);
+                let candidate = Candidate { posterior_mean: state, expected, inputs, displaced, played };
+                let mut room = [SVector::zeros(); LENGTH];
+                trigger.is_worth_sending(trigger.benefit(&gains, &in_flight, &candidate, &mut room))
             };
-            assert_eq!(frame.is_some(), decides(&feedforward.displaced), "cycle {tick}");
+            assert_eq!(frame.is_some(), decides(&displaced), "cycle {tick}");
             otherwise += u32::from(frame.is_some() != decides(&[]));
             decided[usize::from(frame.is_some())] += 1;
 
             // Half of the packets arrive, all at once.
-            in_flight.push(frame.map(|_| ControlSequence { tick: Tick(tick), inputs: inputs.clone() }));
+            lent::push(&mut in_flight, frame.map(|_| &inputs[..]));
             if let Some(frame) = frame.filter(|_| dice.delay(&[0.5]).is_some()) {
                 actuator.receive(frame).expect("newer than the last");
             }
             let applied = actuator.step();
-            in_flight.acknowledge(applied.age, applied.input);
+            played = Played::Known(applied.age, applied.input);
             let acknowledgement = Acknowledgement::of(applied.tick, applied.age);
             let frame =
                 wire::encode_acknowledgement::<f64>(&acknowledgement, &mut buffer).expect("there is room");

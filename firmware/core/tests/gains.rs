@@ -1,5 +1,7 @@
 //! The law is the matrix product it claims to be, for more than one input too.
 
+mod lent;
+
 use proptest::prelude::*;
 use slqg::DefaultInput;
 use slqg::gains::{Gains, Tables};
@@ -14,7 +16,7 @@ const ROWS: usize = LENGTH * NU;
 fn law_is_the_product<const V: usize>(default_input: DefaultInput, numbers: &[f64]) {
     let (lx, rest) = numbers.split_at(ROWS * NX);
     let (m, rest) = rest.split_at(ROWS * V);
-    let tables = Tables { lx, m, arrival: &[0.5; 3] };
+    let tables = Tables::check(lx, m, &[0.5; 3]).expect("finite, and probabilities");
     let gains =
         Gains::<f64, NX, NU>::check(LENGTH, default_input, tables).expect("tables of the right shape");
     let state = SVector::<f64, NX>::from_column_slice(&rest[..NX]);
@@ -23,7 +25,7 @@ fn law_is_the_product<const V: usize>(default_input: DefaultInput, numbers: &[f6
         expected.as_slice().chunks(NU).map(SVector::from_column_slice).collect();
     let product = SMatrix::<f64, ROWS, NX>::from_row_slice(lx) * state
         + SMatrix::<f64, ROWS, V>::from_row_slice(m) * expected;
-    let sequence = gains.sequence::<5>(&state, &blocks);
+    let sequence = lent::sequence(&gains, &state, &blocks);
     assert_eq!(sequence.len(), LENGTH);
     for (row, found) in sequence.iter().flat_map(|input| input.iter()).enumerate() {
         assert!((found - product[row]).abs() < 1e-14, "row {row}: {found} instead of {}", product[row]);

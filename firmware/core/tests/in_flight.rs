@@ -2,14 +2,14 @@
 //!
 //! The comparison enumerates those ways and plays each through an actuator.
 
+mod lent;
 mod situation;
 
 use proptest::prelude::*;
 use situation::{CAPACITY, Situation, situations};
-use slqg::actuator::Age;
 use slqg::in_flight::InFlight;
 use slqg::nalgebra::SVector;
-use slqg::{DefaultInput, Tick, sequence::ControlSequence};
+use slqg::{Age, DefaultInput, Tick};
 
 /// One way for the packets in flight to arrive.
 struct Played<const NU: usize> {
@@ -22,14 +22,12 @@ struct Played<const NU: usize> {
 
 /// Everything that may be applied in `count` cycles from `NOW` on.
 fn everything<const NU: usize>(situation: &Situation, count: usize) -> Vec<Played<NU>> {
-    let (actuator, _) = situation.actuator::<NU>();
     let play = |(probability, packets): (f64, Vec<(usize, usize)>)| {
-        let mut actuator = actuator.clone();
+        let (mut actuator, _) = situation.actuator::<NU>();
         let mut inputs = vec![];
         for m in 0..count {
             for (b, _) in packets.iter().filter(|(b, delay)| *delay == b + m) {
-                // Run out or past ones are the actuator's to reject.
-                let _ = actuator.offer(situation.packet(*b));
+                situation.arrives(*b, &mut actuator);
             }
             inputs.push(actuator.step().input);
         }
@@ -56,8 +54,8 @@ fn no_gains<const NU: usize>(situation: &Situation) -> Vec<f64> {
 }
 
 fn the_mean_agrees<const NU: usize>(situation: &Situation) {
-    let found = situation.with_law::<1, NU, _>(&no_gains::<NU>(situation), |gains, in_flight| {
-        in_flight.expected_inputs(gains)
+    let found = situation.with_law::<1, NU, _>(&no_gains::<NU>(situation), |gains, in_flight, played| {
+        lent::expected(in_flight, gains, &played)
     });
     assert_eq!(found.len(), situation.default_input.in_flight(situation.length));
     let all = everything::<NU>(situation, found.len());
@@ -70,13 +68,14 @@ fn the_mean_agrees<const NU: usize>(situation: &Situation) {
 
 /// Given the newest packet that has arrived by `NOW + told`, the inputs from then on are its conditional means.
 fn what_is_told_agrees<const NU: usize>(situation: &Situation) {
-    situation.with_law::<1, NU, _>(&no_gains::<NU>(situation), |gains, in_flight| {
+    situation.with_law::<1, NU, _>(&no_gains::<NU>(situation), |gains, in_flight, played| {
         let count = gains.in_flight();
         let all = everything::<NU>(situation, count);
-        let unconditional = in_flight.expected_inputs(gains);
+        let unconditional = lent::expected(in_flight, gains, &played);
+        let mut room = vec![SVector::zeros(); count];
         for told in 0..count {
             let mut found: Vec<(f64, Vec<SVector<f64, NU>>)> = vec![];
-            in_flight.for_each_newest(gains, told, |probability, expected| {
+            in_flight.for_each_newest(gains, &played, told, &mut room, |probability, expected| {
                 found.push((probability, expected.to_vec()));
             });
             let total: f64 = found.iter().map(|(probability, _)| probability).sum();
@@ -130,11 +129,11 @@ proptest! {
 }
 
 /// Three inputs a cycle from cycle 0 on, but none in cycle 3; cycle 5 is next, and cycle 0 is forgotten.
-fn sent_for_five_cycles() -> InFlight<f64, 1, 3, 1> {
-    let mut in_flight = InFlight::default();
+fn sent_for_five_cycles() -> InFlight<'static, f64, 1> {
+    let mut in_flight = lent::in_flight(3, 4, Tick(0));
     for made in 0..5 {
-        let inputs = (0..3).map(|entry| SVector::from([f64::from(10 * made + entry)])).collect();
-        in_flight.push((made != 3).then_some(ControlSequence { tick: Tick(made as u32), inputs }));
+        let inputs: Vec<_> = (0..3).map(|entry| SVector::from([f64::from(10 * made + entry)])).collect();
+        lent::push(&mut in_flight, (made != 3).then_some(&inputs));
     }
     in_flight
 }

@@ -2,13 +2,13 @@
 //! applied is acknowledged, it is the best there is.
 
 mod driven;
+mod lent;
 
-use driven::{Driven, Link, MERGINGS, Number, settings};
+use driven::{Driven, Link, MERGINGS, settings};
 use nalgebra::{SMatrix, SVector};
 use proptest::prelude::*;
-use slqg::actuator::Age;
 use slqg::estimator::{Merging, Model};
-use slqg::{DefaultInput, Scalar, Tick, nalgebra};
+use slqg::{Age, DefaultInput, Scalar, Tick, nalgebra};
 
 const NX: usize = 3;
 const NU: usize = 1;
@@ -19,7 +19,7 @@ const START: Tick = Tick(u32::MAX - 4);
 
 type Plant<T> = Model<T, NX, NU, NY>;
 /// Sequences of one input, which arrive in the cycle they are sent in or never.
-type Filter<T, const H: usize> = Driven<T, NX, NU, NY, 1, H, 2>;
+type Filter<T, const H: usize> = Driven<T, NX, NU, NY, 1, H>;
 
 /// A plant from numbers in -1..1; its covariances are positive definite.
 fn plant<T: Scalar>(numbers: &[f64]) -> Plant<T> {
@@ -76,13 +76,13 @@ fn histories(most_late: usize) -> impl Strategy<Value = (Vec<f64>, Vec<Cycle>)> 
     (proptest::collection::vec(number(), 4 * NX * NX), proptest::collection::vec(cycle, CYCLES))
 }
 
-fn filter<T: Number, const H: usize>(model: &Plant<T>, merging: Merging, late: usize) -> Filter<T, H> {
+fn filter<T: Scalar, const H: usize>(model: &Plant<T>, merging: Merging, late: usize) -> Filter<T, H> {
     let link = Link::new(model.clone(), &[0.6], settings(DefaultInput::Zero, None));
     link.driven(merging, late, START)
 }
 
 /// The filter that is given in time whatever has arrived by cycle `now`.
-fn told_in_time<T: Number, const H: usize>(
+fn told_in_time<T: Scalar, const H: usize>(
     model: &Plant<T>,
     merging: Merging,
     cycles: &[Cycle],
@@ -106,7 +106,7 @@ fn told_in_time<T: Number, const H: usize>(
 }
 
 /// Delivers everything late and in the order of places, and compares in every cycle.
-fn order_does_not_matter<T: Number, const H: usize>(numbers: &[f64], cycles: &[Cycle], most_late: usize) {
+fn order_does_not_matter<T: Scalar, const H: usize>(numbers: &[f64], cycles: &[Cycle], most_late: usize) {
     let model = plant::<T>(numbers);
     for merging in MERGINGS {
         let mut driven: Filter<T, H> = filter(&model, merging, most_late);

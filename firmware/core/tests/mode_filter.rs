@@ -4,20 +4,19 @@
 #[path = "random/dice.rs"]
 mod dice;
 mod driven;
+mod lent;
 mod mixture;
 #[path = "driven/plain.rs"]
 mod plain;
 
 use dice::Dice;
-use driven::{Driven, MERGINGS, Number, ages};
+use driven::{Driven, MERGINGS, ages};
 use mixture::{BOTH, LENGTH, Scenario};
 use plain::Plain;
 use slqg::estimator::Merging;
-use slqg::{DefaultInput, Tick};
+use slqg::{DefaultInput, Scalar, Tick};
 
-type Filter<T, const E: usize> = Driven<T, 2, 1, 1, LENGTH, 8, E>;
-/// Estimates enough for every merging.
-const ALL: usize = LENGTH + 1;
+type Filter<T> = Driven<T, 2, 1, 1, LENGTH, 8>;
 
 /// Whether two lists of numbers agree but for rounding.
 fn agree(found: &[f64], expected: &[f64], tolerance: f64) -> bool {
@@ -27,14 +26,24 @@ fn agree(found: &[f64], expected: &[f64], tolerance: f64) -> bool {
 }
 
 /// Runs an estimator through the scenario and looks at it in every cycle but the first.
-fn run<T: Number, const E: usize>(
+fn run<T: Scalar>(
     scenario: &Scenario<T>,
     merging: Merging,
     is_acknowledged: impl Fn(usize) -> bool,
     is_measured: impl Fn(usize) -> bool,
-    mut look: impl FnMut(usize, &mut Filter<T, E>),
+    look: impl FnMut(usize, &mut Filter<T>),
 ) {
-    let mut driven: Filter<T, E> = scenario.link.driven(merging, 7, Tick(0));
+    run_in(scenario.link.driven(merging, 7, Tick(0)), scenario, is_acknowledged, is_measured, look);
+}
+
+/// The same with this estimator.
+fn run_in<T: Scalar>(
+    mut driven: Filter<T>,
+    scenario: &Scenario<T>,
+    is_acknowledged: impl Fn(usize) -> bool,
+    is_measured: impl Fn(usize) -> bool,
+    mut look: impl FnMut(usize, &mut Filter<T>),
+) {
     for now in 0..=scenario.sent.len() {
         if is_measured(now) {
             driven.filter.measure(Tick(now as u32), scenario.outputs[now]).expect("in time");
@@ -53,7 +62,7 @@ fn run<T: Number, const E: usize>(
 }
 
 /// Random scenarios of `cycles` cycles.
-fn scenarios<T: Number>(
+fn scenarios<T: Scalar>(
     count: usize,
     cycles: usize,
     mut check: impl FnMut(DefaultInput, Scenario<T>, &mut Dice),
@@ -73,7 +82,7 @@ fn without_measurements_ages_are_as_likely_as_all_ways_to_arrive_make_them() {
         let share = [0.0, 0.3, 0.7][(dice.roll() * 3.0) as usize];
         let acknowledged = [(); 6].map(|()| dice.roll() < share);
         for merging in MERGINGS {
-            run::<f64, ALL>(
+            run::<f64>(
                 &scenario,
                 merging,
                 |at| acknowledged[at],
@@ -100,7 +109,7 @@ fn an_acknowledged_age_is_certain() {
     scenarios::<f32>(20, 8, |_, scenario, dice| {
         let acknowledged = [(); 8].map(|()| dice.roll() < 0.5);
         for merging in MERGINGS {
-            run::<f32, ALL>(
+            run::<f32>(
                 &scenario,
                 merging,
                 |at| acknowledged[at],
@@ -120,18 +129,18 @@ fn an_acknowledged_age_is_certain() {
 }
 
 /// With every age known.
-fn is_the_kalman_filter<T: Number, const E: usize>(mergings: &[Merging]) {
+fn is_the_kalman_filter<T: Scalar>(kept: impl Fn(Merging) -> usize) {
     scenarios::<T>(50, 40, |_, scenario, dice| {
         let measured: Vec<bool> = (0..=40).map(|_| dice.roll() < 0.7).collect();
-        for merging in mergings {
+        for merging in MERGINGS {
             let model = &scenario.link.model;
             let mut plain = Plain::new(model);
             if measured[0] {
                 plain.update(model, scenario.outputs[0]);
             }
-            run::<T, E>(
+            run_in(
+                scenario.link.driven_keeping(kept(merging), merging, 7, Tick(0)),
                 &scenario,
-                *merging,
                 |_| true,
                 |at| measured[at],
                 |now, driven| {
@@ -150,10 +159,10 @@ fn is_the_kalman_filter<T: Number, const E: usize>(mergings: &[Merging]) {
 
 #[test]
 fn with_every_age_known_it_is_the_kalman_filter_to_the_bit() {
-    is_the_kalman_filter::<f32, 1>(&MERGINGS);
-    is_the_kalman_filter::<f64, 1>(&MERGINGS);
-    is_the_kalman_filter::<f32, ALL>(&MERGINGS);
-    is_the_kalman_filter::<f64, ALL>(&MERGINGS);
+    is_the_kalman_filter::<f32>(|_| 1);
+    is_the_kalman_filter::<f64>(|_| 1);
+    is_the_kalman_filter::<f32>(|merging| merging.estimates(LENGTH));
+    is_the_kalman_filter::<f64>(|merging| merging.estimates(LENGTH));
 }
 
 /// Compares with the exact mixture in the last `cycles` cycles, of whose ages some are known; before them all are.
@@ -167,7 +176,7 @@ fn is_exact_for(cycles: usize, merging: Merging, is_measured_at_last: bool) {
             |at: usize| at + cycles < CYCLES || (known_by_chance && at + 1 == CYCLES && cycles > 1);
         let gaps = [(); CYCLES + 1].map(|()| dice.roll() < 0.2);
         let measured = |at: usize| !gaps[at] && (at < CYCLES || is_measured_at_last);
-        run::<f64, ALL>(&scenario, merging, acknowledged, measured, |now, driven| {
+        run::<f64>(&scenario, merging, acknowledged, measured, |now, driven| {
             let known = scenario.known(&ways, now, acknowledged, measured);
             let (found, context) = (driven.numbers(), (merging, default_input, now));
             assert!(agree(&found, &known.numbers, 1e-9), "{context:?}: {found:?} {:?}", known.numbers);

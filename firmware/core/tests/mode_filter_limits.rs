@@ -3,19 +3,19 @@
 #[path = "random/dice.rs"]
 mod dice;
 mod driven;
+mod lent;
 
 use dice::Dice;
-use driven::{Driven, Link, MERGINGS, Number, settings};
-use slqg::actuator::Age;
+use driven::{Driven, Link, MERGINGS, settings};
 use slqg::estimator::{Merging, Model};
 use slqg::nalgebra::{SMatrix, SVector};
-use slqg::{DefaultInput, Scalar, Tick};
+use slqg::{Age, DefaultInput, Scalar, Tick};
 
 const LENGTH: usize = 3;
 const DELAYS: [f64; LENGTH] = [0.5, 0.2, 0.1];
 const BOTH: [DefaultInput; 2] = [DefaultInput::Zero, DefaultInput::Hold];
 /// Measurements that are late by one cycle still count.
-type Filter<T> = Driven<T, 2, 1, 1, LENGTH, 6, { LENGTH + 1 }>;
+type Filter<T> = Driven<T, 2, 1, 1, LENGTH, 6>;
 
 /// Position and speed, position measured; `growth` is the factor of the unstable one of the two per cycle.
 fn model<T: Scalar>(growth: f64) -> Model<T, 2, 1, 1> {
@@ -30,7 +30,7 @@ fn model<T: Scalar>(growth: f64) -> Model<T, 2, 1, 1> {
     }
 }
 
-fn filter<T: Number>(growth: f64, merging: Merging, default_input: DefaultInput) -> Filter<T> {
+fn filter<T: Scalar>(growth: f64, merging: Merging, default_input: DefaultInput) -> Filter<T> {
     Link::new(model(growth), &DELAYS, settings(default_input, None)).driven(merging, 1, Tick(0))
 }
 
@@ -50,7 +50,7 @@ macro_rules! everywhere {
     };
 }
 
-fn far_off_measurements_are_survived<T: Number>(merging: Merging, default_input: DefaultInput) {
+fn far_off_measurements_are_survived<T: Scalar>(merging: Merging, default_input: DefaultInput) {
     // The standard deviation of what is expected is below one.
     for far in [1e6, -1e6, 1e12, 1e30, T::max_value().unwrap_or_else(T::one).widen(), 0.0] {
         let mut dice = Dice(0xFA12);
@@ -97,7 +97,7 @@ fn an_age_that_a_measurement_rules_out_takes_its_estimate_with_it() {
     }
 }
 
-fn silence_is_survived<T: Number>(merging: Merging, default_input: DefaultInput) {
+fn silence_is_survived<T: Scalar>(merging: Merging, default_input: DefaultInput) {
     for growth in [1.0, 1.1] {
         let mut dice = Dice(0x511E);
         let mut driven = filter::<T>(growth, merging, default_input);
@@ -114,7 +114,7 @@ fn five_thousand_cycles_without_measurement_or_acknowledgement_leave_probabiliti
     everywhere!(silence_is_survived);
 }
 
-fn inputs_of_any_size_are_survived<T: Number>(merging: Merging, default_input: DefaultInput) {
+fn inputs_of_any_size_are_survived<T: Scalar>(merging: Merging, default_input: DefaultInput) {
     let mut dice = Dice(0x1A26E);
     let most = T::max_value().unwrap_or_else(T::one).widen();
     let mut driven = filter::<T>(1.1, merging, default_input);
@@ -134,7 +134,7 @@ fn ages_whose_inputs_are_too_far_apart_to_merge_leave_no_bad_number() {
     everywhere!(inputs_of_any_size_are_survived);
 }
 
-fn lies_are_survived<T: Number>(merging: Merging, default_input: DefaultInput) {
+fn lies_are_survived<T: Scalar>(merging: Merging, default_input: DefaultInput) {
     let mut dice = Dice(0x11E5);
     let mut driven = filter::<T>(1.1, merging, default_input);
     for cycle in 0..500 {
@@ -160,7 +160,7 @@ fn acknowledgements_that_contradict_each_other_or_all_that_was_sent_leave_no_bad
     everywhere!(lies_are_survived);
 }
 
-fn a_new_start_is_believed<T: Number>(merging: Merging, default_input: DefaultInput) {
+fn a_new_start_is_believed<T: Scalar>(merging: Merging, default_input: DefaultInput) {
     let mut dice = Dice(0x0FF);
     let mut driven = filter::<T>(1.0, merging, default_input);
     for cycle in 0..4u32 {
@@ -179,7 +179,7 @@ fn a_new_start_is_believed<T: Number>(merging: Merging, default_input: DefaultIn
     assert!(driven.filter.modes().expect("filtered").probability(Age::Empty) > T::nearest(0.5));
 }
 
-fn a_new_start_after_doubt_is_believed<T: Number>(merging: Merging, default_input: DefaultInput) {
+fn a_new_start_after_doubt_is_believed<T: Scalar>(merging: Merging, default_input: DefaultInput) {
     let inputs = [SVector::from([T::nearest(7.0)]); LENGTH];
     let mut driven = filter::<T>(1.0, merging, default_input);
     driven.advance(Some(inputs));

@@ -2,9 +2,11 @@
 
 #[path = "random/dice.rs"]
 mod dice;
+mod lent;
 
 use dice::Dice;
 use slqg::actuator::{Actuator, Settings};
+use slqg::checked::{Finite, Probabilities};
 use slqg::controller::{Controller, Design};
 use slqg::estimator::{Merging, Model};
 use slqg::gains::{Gains, Tables};
@@ -17,11 +19,14 @@ const LENGTH: usize = 2;
 /// Probability that a packet arrives in the cycle it was sent in, and in the next.
 const DELAYS: [f64; LENGTH] = [0.8, 0.15];
 /// Places the poles of the plant below well within the unit circle, and goes on as if no noise came.
-const LAW: Tables<'static, f32> =
-    Tables { lx: &[-30.0, -8.0, -4.5, -3.4], m: &[0.0; LENGTH], arrival: &[0.75] };
+const LAW: Tables<'static, f32> = Tables {
+    lx: Finite::<f32>::new(&[-30.0, -8.0, -4.5, -3.4]),
+    m: Finite::<f32>::new(&[0.0; LENGTH]),
+    arrival: Probabilities::<f32>::new(&[0.75]),
+};
 const GAINS: Gains<'static, f32, 2, 1> = Gains::<f32, 2, 1>::new(LENGTH, DefaultInput::Zero, LAW);
 
-type Node<'a> = Controller<'a, f32, 2, 1, 1, LENGTH, 3, { LENGTH + 1 }>;
+type Node<'a> = Controller<'a, f32, 2, 1, 1>;
 
 /// What comes back to the controller.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -46,7 +51,7 @@ fn model() -> Model<f32, 2, 1, 1> {
 struct Loop<'a> {
     model: &'a Model<f32, 2, 1, 1>,
     controller: Node<'a>,
-    actuator: Actuator<f32, 1, LENGTH>,
+    actuator: Actuator<'static, f32, 1>,
     state: SVector<f32, 2>,
     dice: Dice,
     late: Option<Vec<u8>>,
@@ -110,8 +115,8 @@ fn the_loop_recovers_from(back: Back) {
         };
         let mut run = Loop {
             model: &model,
-            controller: Node::new(design, Tick(0)).expect("a fitting design"),
-            actuator: Actuator::new(actuator, Tick(0)),
+            controller: lent::controller(design, Tick(0)).expect("a fitting design"),
+            actuator: lent::actuator(actuator, Tick(0), LENGTH),
             state: SVector::zeros(),
             dice: Dice(0x9E37_79B9_7F4A_7C15),
             late: None,
@@ -132,7 +137,8 @@ fn the_loop_recovers_from(back: Back) {
             }
         }
         // The actuator is started again, without a word of it.
-        (run.actuator, run.late) = (Actuator::new(actuator, Tick(SILENCE)), None);
+        run.actuator.restart(Tick(SILENCE));
+        run.late = None;
         if !back.measurements {
             run.state = SVector::from([3.0, -2.0]);
         }

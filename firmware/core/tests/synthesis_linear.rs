@@ -2,12 +2,14 @@
 
 #[path = "random/case.rs"]
 mod case;
+mod lent;
 
 use case::{Case, some_cases};
-use slqg::actuator::{Actuator, Settings};
+use slqg::actuator::Settings;
 use slqg::gains::{Gains, Tables};
 use slqg::in_flight::InFlight;
 use slqg::nalgebra::{SMatrix, SVector};
+use slqg::played::Played;
 use slqg::synthesis::{LinearCost, Stage, Synthesis};
 use slqg::{DefaultInput, Tick, arrival, sequence::ControlSequence};
 
@@ -100,27 +102,28 @@ fn ways(survival: &[f64]) -> Vec<(f64, Vec<Option<usize>>)> {
 }
 
 impl Solved<'_> {
-    /// What is sent in `cycle`.
+    /// What is sent in `cycle`, after `played` in the one before.
     fn sequence(
         &self,
         cycle: usize,
         state: &SVector<f64, NX>,
-        in_flight: &InFlight<f64, NU, LONGEST, 1>,
-    ) -> ControlSequence<f64, NU, LONGEST> {
+        in_flight: &InFlight<'_, f64, NU>,
+        played: &Played<'_, f64, NU>,
+    ) -> Vec<SVector<f64, NU>> {
         let dimensions = self.task.case.dimensions;
         let mut table = vec![0.0; arrival::table_len(dimensions.length)];
         arrival::fill_table(&self.task.case.survival, &mut table);
         let rows = || self.gains[cycle].chunks(dimensions.gain_columns());
         let lx: Vec<f64> = rows().flat_map(|row| &row[..NX]).copied().collect();
         let m: Vec<f64> = rows().flat_map(|row| &row[NX..]).copied().collect();
-        let tables = Tables { lx: &lx, m: &m, arrival: &table };
+        let tables = Tables::check(&lx, &m, &table).expect("finite, and probabilities");
         let gains =
             Gains::<f64, NX, NU>::check(dimensions.length, dimensions.default_input, tables).expect("valid");
-        let mut inputs = gains.sequence(state, &in_flight.expected_inputs(&gains));
+        let mut inputs = lent::sequence(&gains, state, &lent::expected(in_flight, &gains, played));
         for (input, feedforward) in inputs.iter_mut().zip(self.feedforward[cycle].chunks(NU)) {
             *input += SVector::<f64, NU>::from_column_slice(feedforward);
         }
-        ControlSequence { tick: Tick(cycle as u32), inputs }
+        inputs
     }
 
     /// The expected cost of the task from `state` on, by playing it in every way; without noise, and the state known.
@@ -131,20 +134,21 @@ impl Solved<'_> {
         let (q, r) = self.task.weights();
         let settings = Settings { default_input: case.dimensions.default_input, limits: None };
         let one_way = |(probability, delays): (f64, Vec<Option<usize>>)| {
-            let mut actuator = Actuator::<f64, NU, LONGEST>::new(settings, Tick(0));
-            let mut in_flight = InFlight::default();
+            let mut actuator = lent::actuator(settings, Tick(0), LONGEST);
+            let mut in_flight = lent::in_flight(case.dimensions.length, LONGEST, Tick(0));
+            let mut played = Played::nothing();
             let (mut state, mut cost, mut sent) = (*start, 0.0, vec![]);
             for cycle in 0..CYCLES {
-                let sequence = self.sequence(cycle, &state, &in_flight);
-                in_flight.push(Some(sequence.clone()));
-                sent.push(sequence);
-                for (made, sequence) in sent.iter().enumerate() {
+                let inputs = self.sequence(cycle, &state, &in_flight, &played);
+                lent::push(&mut in_flight, Some(&inputs));
+                sent.push(inputs);
+                for (made, inputs) in sent.iter().enumerate() {
                     if delays[made].is_some_and(|delay| made + delay == cycle) {
-                        let _ = actuator.offer(sequence.clone());
+                        let _ = actuator.offer(&ControlSequence { tick: Tick(made as u32), inputs });
                     }
                 }
                 let applied = actuator.step();
-                in_flight.acknowledge(applied.age, applied.input);
+                played = Played::Known(applied.age, applied.input);
                 let (off, extra) = (state - self.task.states[cycle], applied.input - self.task.inputs[cycle]);
                 cost += off.dot(&(q * off)) + extra.dot(&(r * extra));
                 state = a * state + b * applied.input;

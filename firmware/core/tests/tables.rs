@@ -1,9 +1,11 @@
 //! Tables of event triggers and previews: their size and order, and that nothing else is taken for them.
 
 mod double_integrator;
+mod lent;
 
-use double_integrator::{LENGTH, Node, Workshop};
+use double_integrator::{LENGTH, Workshop};
 use slqg::actuator::Settings;
+use slqg::checked::{Finite, NonNegative};
 use slqg::controller::{Design, InvalidDesign};
 use slqg::event::{InvalidTrigger, TableLengths, Tables, Trigger, packed_index};
 use slqg::tracking::{self, InvalidPreview, Preview};
@@ -49,50 +51,56 @@ fn absurd_dimensions_have_a_size_too() {
     );
 }
 
-const GOOD: Tables<'static, f32> = Tables { state: &[0.0; 2], in_flight: &[0.0; 1], sequence: &[0.0; 3] };
+const ONE: NonNegative<f32> = NonNegative::<f32>::new(1.0);
+const GOOD: Tables<'static, f32> = Tables {
+    state: Finite::<f32>::new(&[0.0; 2]),
+    in_flight: Finite::<f32>::new(&[0.0; 1]),
+    sequence: Finite::<f32>::new(&[0.0; 3]),
+};
 
-fn check(tables: Tables<'_, f32>, send_cost: f32) -> Option<InvalidTrigger> {
-    Trigger::<f32, 2, 1>::check(2, DefaultInput::Zero, send_cost, tables).err()
+fn check(tables: Tables<'_, f32>) -> Option<InvalidTrigger> {
+    Trigger::<f32, 2, 1>::check(2, DefaultInput::Zero, ONE, tables).err()
 }
 
 #[test]
 fn a_table_of_another_length_is_refused() {
-    assert_eq!(check(GOOD, 1.0), None);
+    assert_eq!(check(GOOD), None);
     let wrong = Some(InvalidTrigger::TableLength);
-    for values in [&[0.0; 0][..], &[0.0; 4]] {
-        assert_eq!(check(Tables { state: values, ..GOOD }, 1.0), wrong);
-        assert_eq!(check(Tables { in_flight: values, ..GOOD }, 1.0), wrong);
-        assert_eq!(check(Tables { sequence: values, ..GOOD }, 1.0), wrong);
+    for values in [Finite::NONE, Finite::<f32>::new(&[0.0; 4])] {
+        assert_eq!(check(Tables { state: values, ..GOOD }), wrong);
+        assert_eq!(check(Tables { in_flight: values, ..GOOD }), wrong);
+        assert_eq!(check(Tables { sequence: values, ..GOOD }), wrong);
     }
-    assert_eq!(Trigger::<f32, 2, 1>::check(2, DefaultInput::Hold, 1.0, GOOD).err(), wrong);
-    assert_eq!(Trigger::<f32, 2, 1>::check(3, DefaultInput::Zero, 1.0, GOOD).err(), wrong);
-    assert_eq!(Trigger::<f32, 3, 1>::check(2, DefaultInput::Zero, 1.0, GOOD).err(), wrong);
+    assert_eq!(Trigger::<f32, 2, 1>::check(2, DefaultInput::Hold, ONE, GOOD).err(), wrong);
+    assert_eq!(Trigger::<f32, 2, 1>::check(3, DefaultInput::Zero, ONE, GOOD).err(), wrong);
+    assert_eq!(Trigger::<f32, 3, 1>::check(2, DefaultInput::Zero, ONE, GOOD).err(), wrong);
 }
 
 #[test]
 fn numbers_that_are_not_finite_and_costs_below_zero_are_refused() {
     for value in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
-        assert_eq!(check(Tables { state: &[0.0, value], ..GOOD }, 1.0), Some(InvalidTrigger::NotFinite));
-        assert_eq!(check(Tables { in_flight: &[value], ..GOOD }, 1.0), Some(InvalidTrigger::NotFinite));
-        assert_eq!(
-            check(Tables { sequence: &[0.0, value, 0.0], ..GOOD }, 1.0),
-            Some(InvalidTrigger::NotFinite)
-        );
+        assert_eq!(Tables::check(&[0.0, value], &[0.0], &[0.0; 3]), Err(InvalidTrigger::NotFinite));
+        assert_eq!(Tables::check(&[0.0; 2], &[value], &[0.0; 3]), Err(InvalidTrigger::NotFinite));
+        assert_eq!(Tables::check(&[0.0; 2], &[0.0], &[0.0, value, 0.0]), Err(InvalidTrigger::NotFinite));
     }
-    assert_eq!(check(GOOD, -1.0), Some(InvalidTrigger::SendCost));
-    assert_eq!(check(GOOD, f32::NAN), Some(InvalidTrigger::SendCost));
-    assert_eq!(check(GOOD, f32::INFINITY), None, "never sending is a choice");
+    assert_eq!(Tables::check(&[0.0; 2], &[0.0], &[0.0; 3]), Ok(GOOD));
+    assert_eq!(NonNegative::check(-1.0_f32), None);
+    assert_eq!(NonNegative::check(f32::NAN), None);
+    assert!(NonNegative::check(f32::INFINITY).is_some(), "never sending is a choice");
+    assert_eq!(
+        NonNegative::check(0.0_f32).map(|cost| cost.number()),
+        Some(0.0),
+        "nor is a free packet an error"
+    );
 }
 
 /// A trigger that fits the double integrator, and numbers enough for it.
 fn fitting(default_input: DefaultInput, numbers: &[f32]) -> Trigger<'_, f32, 2, 1> {
     let lengths = TableLengths::of(LENGTH, default_input, 2, 1);
-    let tables = Tables {
-        state: &numbers[..lengths.state],
-        in_flight: &numbers[..lengths.in_flight],
-        sequence: &numbers[..lengths.sequence],
-    };
-    Trigger::<f32, 2, 1>::check(LENGTH, default_input, 1.0, tables).expect("tables of the right shape")
+    let tables =
+        Tables::check(&numbers[..lengths.state], &numbers[..lengths.in_flight], &numbers[..lengths.sequence]);
+    Trigger::<f32, 2, 1>::check(LENGTH, default_input, ONE, tables.expect("finite"))
+        .expect("tables of the right shape")
 }
 
 #[test]
@@ -101,14 +109,14 @@ fn a_trigger_for_another_law_is_refused_at_the_start_and_later() {
     let workshop =
         Workshop::<f32>::double_integrator(Settings { default_input: DefaultInput::Zero, limits: None });
     let trigger = fitting(DefaultInput::Zero, &numbers);
-    let mut controller =
-        Node::new(Design { trigger: Some(trigger), ..workshop.design() }, Tick(0)).expect("a fitting design");
+    let mut controller = lent::controller(Design { trigger: Some(trigger), ..workshop.design() }, Tick(0))
+        .expect("a fitting design");
     let shorter =
-        Trigger::<f32, 2, 1>::check(2, DefaultInput::Zero, 1.0, GOOD).expect("tables of the right shape");
+        Trigger::<f32, 2, 1>::check(2, DefaultInput::Zero, ONE, GOOD).expect("tables of the right shape");
     let holding = fitting(DefaultInput::Hold, &numbers);
     for (trigger, why) in [(shorter, InvalidDesign::Length), (holding, InvalidDesign::DefaultInput)] {
         let design = Design { trigger: Some(trigger), ..workshop.design() };
-        assert_eq!(Node::new(design, Tick(0)).err(), Some(why));
+        assert_eq!(lent::controller(design, Tick(0)).err(), Some(why));
         assert_eq!(controller.set_trigger(Some(trigger)), Err(why));
     }
 }
@@ -120,18 +128,18 @@ fn a_trigger_beside_a_preview_that_tells_nothing_of_what_is_in_flight_is_refused
         Workshop::<f32>::double_integrator(Settings { default_input: DefaultInput::Zero, limits: None });
     let trigger = Some(fitting(DefaultInput::Zero, &numbers));
     let preview = |displaced| {
-        let tables = tracking::Tables { sequence: &numbers[..LENGTH], displaced };
+        let tables = tracking::Tables::check(&numbers[..LENGTH], displaced).expect("finite");
         Some(
             Preview::<f32, 1>::check(LENGTH, DefaultInput::Zero, 1, 1, tables)
                 .expect("tables of the right shape"),
         )
     };
     let silent = Design { preview: preview(&[]), ..workshop.design() };
-    assert_eq!(Node::new(Design { trigger, ..silent }, Tick(0)).err(), Some(InvalidDesign::Preview));
-    let mut controller = Node::new(silent, Tick(0)).expect("without a trigger it need not tell");
+    assert_eq!(lent::controller(Design { trigger, ..silent }, Tick(0)).err(), Some(InvalidDesign::Preview));
+    let mut controller = lent::controller(silent, Tick(0)).expect("without a trigger it need not tell");
     assert_eq!(controller.set_trigger(trigger), Err(InvalidDesign::Preview));
     let telling = Design { preview: preview(&numbers[..LENGTH - 1]), ..workshop.design() };
-    assert_eq!(Node::new(Design { trigger, ..telling }, Tick(0)).err(), None);
+    assert_eq!(lent::controller(Design { trigger, ..telling }, Tick(0)).err(), None);
 }
 
 #[test]
@@ -139,7 +147,7 @@ fn preview_tables_of_a_wrong_size_are_refused_by_name() {
     // Two inputs, sequences of three, two outputs, four samples: 6 x 8 and 4 x 8 entries.
     let values = [0.0_f32; 60];
     let check = |length, default_input, outputs, samples, sequence: usize, displaced: usize| {
-        let tables = tracking::Tables { sequence: &values[..sequence], displaced: &values[..displaced] };
+        let tables = tracking::Tables::check(&values[..sequence], &values[..displaced]).expect("finite");
         Preview::<f32, 2>::check(length, default_input, outputs, samples, tables).err()
     };
     let (zero, hold) = (DefaultInput::Zero, DefaultInput::Hold);
@@ -162,12 +170,9 @@ fn preview_tables_of_a_wrong_size_are_refused_by_name() {
 fn numbers_that_are_no_gains_are_refused() {
     for value in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
         let (good, bad) = ([0.0; 2], [0.0, value]);
-        for tables in [
-            tracking::Tables { sequence: &bad, displaced: &good[..1] },
-            tracking::Tables { sequence: &good, displaced: &bad[1..] },
-        ] {
-            let found = Preview::<f64, 1>::check(2, DefaultInput::Zero, 1, 1, tables);
-            assert_eq!(found, Err(InvalidPreview::NotFinite));
+        assert!(tracking::Tables::check(&good, &good[..1]).is_ok());
+        for (sequence, displaced) in [(&bad[..], &good[..1]), (&good, &bad[1..])] {
+            assert_eq!(tracking::Tables::check(sequence, displaced), Err(InvalidPreview::NotFinite));
         }
     }
 }

@@ -1,9 +1,10 @@
 //! Following a reference: what a reference does to a sequence, and where the plant goes.
 
 mod double_integrator;
+mod lent;
 
-use double_integrator::{Apart, LENGTH, Node, WEIGHT, Workshop, at_fixed_point};
-use slqg::actuator::{Actuator, Settings};
+use double_integrator::{LENGTH, Node, WEIGHT, Workshop, at_fixed_point};
+use slqg::actuator::Settings;
 use slqg::controller::{Design, InvalidDesign};
 use slqg::estimator::Merging;
 use slqg::gains::{self, Gains};
@@ -58,14 +59,14 @@ impl Bench {
     }
 
     fn preview(&self) -> Preview<'_, f64, 1> {
-        let tables = Tables { sequence: &self.sequence, displaced: &self.displaced };
+        let tables = Tables::check(&self.sequence, &self.displaced).expect("finite");
         Preview::<f64, 1>::check(LENGTH, self.default_input, 2, SAMPLES, tables)
             .expect("tables of the right shape")
     }
 
     fn controller(&self) -> Node64<'_> {
         let design = Design { preview: Some(self.preview()), ..self.workshop.design() };
-        Node::new(design, Tick(0)).expect("a fitting design")
+        lent::controller(design, Tick(0)).expect("a fitting design")
     }
 }
 
@@ -73,7 +74,7 @@ impl Bench {
 fn cycle(controller: &mut Node64<'_>) -> Vec<f64> {
     let mut buffer = [0; 96];
     let frame = controller.cycle(&mut buffer).expect("there is room").expect("finite");
-    let sequence = wire::decode_control::<f64, 1, 6>(frame).expect("a control frame");
+    let sequence = lent::decoded::<f64, 1>(frame, LENGTH).expect("a control frame");
     sequence.inputs.iter().map(|input| input[0]).collect()
 }
 
@@ -92,9 +93,10 @@ fn wave(count: usize) -> Vec<Sample> {
 #[test]
 fn a_preview_for_another_law_is_refused() {
     let (bench, holding) = (Bench::new(DefaultInput::Zero), Bench::new(DefaultInput::Hold));
-    let with =
-        |preview| Node64::new(Design { preview: Some(preview), ..bench.workshop.design() }, Tick(0)).err();
-    let tables = Tables { sequence: &[0.0; 3][..], displaced: &[] };
+    let with = |preview| {
+        lent::controller(Design { preview: Some(preview), ..bench.workshop.design() }, Tick(0)).err()
+    };
+    let tables = Tables::check(&[0.0; 3], &[]).expect("finite");
     let shorter =
         Preview::<f64, 1>::check(3, DefaultInput::Zero, 1, 1, tables).expect("tables of the right shape");
     assert_eq!(with(shorter), Some(InvalidDesign::Length));
@@ -106,7 +108,7 @@ fn a_preview_for_another_law_is_refused() {
 fn samples_beyond_the_preview_change_nothing() {
     let bench = Bench::new(DefaultInput::Hold);
     let mut other = wave(SAMPLES);
-    let feedforward = |reference: &[Sample]| bench.preview().feedforward::<2, 6>(reference);
+    let feedforward = |reference: &[Sample]| lent::feedforward(&bench.preview(), reference);
     let expected = feedforward(&other);
     other.extend(wave(10).iter().map(|sample| sample * 1e9));
     assert_eq!(feedforward(&other), expected);
@@ -117,7 +119,7 @@ fn samples_beyond_the_preview_change_nothing() {
 #[test]
 fn the_last_sample_stands_for_those_that_are_missing() {
     let bench = Bench::new(DefaultInput::Zero);
-    let feedforward = |reference: &[Sample]| bench.preview().feedforward::<2, 6>(reference).expect("samples");
+    let feedforward = |reference: &[Sample]| lent::feedforward(&bench.preview(), reference).expect("samples");
     let mut reference = wave(7);
     let expected = feedforward(&reference);
     reference.resize(SAMPLES, reference[6]);
@@ -139,8 +141,7 @@ fn a_reference_that_is_refused_leaves_the_former_in_force() {
         let samples = [Sample::zeros(), SVector::from([value, -value])];
         assert_eq!(controller.follow(&samples), Err(RejectedReference::NotFinite));
     }
-    let mut poison = Feedforward::default();
-    poison.displaced.push(SVector::from([f64::NAN])).expect("there is room");
+    let poison = Feedforward { displaced: &[SVector::from([f64::NAN])], ..Feedforward::NONE };
     assert_eq!(controller.set_feedforward(poison), Err(RejectedReference::NotFinite));
     for _ in 0..3 {
         assert_eq!(cycle(&mut controller), cycle(&mut other));
@@ -150,7 +151,7 @@ fn a_reference_that_is_refused_leaves_the_former_in_force() {
 #[test]
 fn a_controller_without_preview_follows_nothing() {
     let bench = Bench::new(DefaultInput::Zero);
-    let mut controller = Node::new(bench.workshop.design(), Tick(0)).expect("a fitting design");
+    let mut controller = lent::controller(bench.workshop.design(), Tick(0)).expect("a fitting design");
     assert_eq!(controller.follow(&wave(3)), Err(RejectedReference::NoPreview));
     assert_eq!(cycle(&mut controller), [0.0; LENGTH]);
 }
@@ -159,7 +160,7 @@ fn a_controller_without_preview_follows_nothing() {
 fn a_reference_of_zero_changes_no_bit_of_what_is_sent() {
     for default_input in BOTH {
         let bench = Bench::new(default_input);
-        let mut plain = Node::new(bench.workshop.design(), Tick(0)).expect("a fitting design");
+        let mut plain = lent::controller(bench.workshop.design(), Tick(0)).expect("a fitting design");
         let (mut never, mut zero) = (bench.controller(), bench.controller());
         zero.follow(&[Sample::zeros(); 3]).expect("samples of the tracked outputs");
         for k in 0..50 {
@@ -174,25 +175,24 @@ fn a_reference_of_zero_changes_no_bit_of_what_is_sent() {
     }
 }
 
-/// A feedforward with a number for each input of a sequence.
-fn feedforward(numbers: [f64; LENGTH]) -> Feedforward<f64, 1, 6> {
-    Feedforward {
-        inputs: numbers.iter().map(|number| SVector::from([*number])).collect(),
-        ..Feedforward::default()
-    }
+/// Hands over a feedforward with a number for each input of a sequence.
+fn feed_forward(controller: &mut Node64<'_>, numbers: [f64; LENGTH]) {
+    let inputs = numbers.map(|number| SVector::from([number]));
+    controller.set_feedforward(Feedforward { inputs: &inputs, ..Feedforward::NONE }).expect("finite");
 }
 
 #[test]
 fn what_is_sent_is_the_law_plus_the_feedforward() {
     let bench = Bench::new(DefaultInput::Zero);
     let (mut plain, mut controller) =
-        (Node::new(bench.workshop.design(), Tick(0)).expect("a fitting design"), bench.controller());
+        (lent::controller(bench.workshop.design(), Tick(0)).expect("a fitting design"), bench.controller());
     measure(&mut plain, 1.0);
     measure(&mut controller, 1.0);
-    let expected = bench.preview().feedforward::<2, 6>(&wave(9)).expect("samples of the tracked outputs");
+    let (expected, _) =
+        lent::feedforward(&bench.preview(), &wave(9)).expect("samples of the tracked outputs");
     controller.follow(&wave(9)).expect("samples of the tracked outputs");
     let law = cycle(&mut plain);
-    for ((sent, law), feedforward) in cycle(&mut controller).iter().zip(law).zip(&expected.inputs) {
+    for ((sent, law), feedforward) in cycle(&mut controller).iter().zip(law).zip(&expected) {
         assert_eq!(*sent, law + feedforward[0]);
     }
 }
@@ -201,23 +201,21 @@ fn what_is_sent_is_the_law_plus_the_feedforward() {
 fn a_task_brings_gains_and_feedforward_for_each_cycle() {
     let bench = Bench::new(DefaultInput::Zero);
     // No preview: what is added was computed beforehand.
-    let mut controller = Node::new(bench.workshop.design(), Tick(0)).expect("a fitting design");
+    let mut controller = lent::controller(bench.workshop.design(), Tick(0)).expect("a fitting design");
     let numbers = [0.0; LENGTH * LENGTH];
-    let nothing = gains::Tables {
-        lx: &numbers[..LENGTH * 2],
-        m: &numbers[..LENGTH * (LENGTH - 1)],
-        arrival: &numbers[..6],
-    };
+    let nothing =
+        gains::Tables::check(&numbers[..LENGTH * 2], &numbers[..LENGTH * (LENGTH - 1)], &numbers[..6])
+            .expect("gains");
     let nothing =
         Gains::<f64, 2, 1>::check(LENGTH, DefaultInput::Zero, nothing).expect("tables of the right shape");
     measure(&mut controller, 1.0);
-    controller.set_feedforward(feedforward([1.0, 2.0, 3.0, 4.0])).expect("finite");
+    feed_forward(&mut controller, [1.0, 2.0, 3.0, 4.0]);
     controller.set_gains(nothing).expect("the same length");
     assert_eq!(cycle(&mut controller), [1.0, 2.0, 3.0, 4.0]);
     assert_eq!(cycle(&mut controller), [1.0, 2.0, 3.0, 4.0], "it stays until the next");
     assert_eq!(controller.follow(&wave(3)), Err(RejectedReference::NoPreview));
     assert_eq!(cycle(&mut controller), [1.0, 2.0, 3.0, 4.0], "and if another is refused");
-    controller.set_feedforward(feedforward([-1.0; LENGTH])).expect("finite");
+    feed_forward(&mut controller, [-1.0; LENGTH]);
     assert_eq!(cycle(&mut controller), [-1.0; LENGTH]);
 }
 
@@ -225,7 +223,7 @@ fn a_task_brings_gains_and_feedforward_for_each_cycle() {
 /// in cycle `k`.
 fn drive(bench: &Bench, reference: &[Sample], known: impl Fn(usize) -> Vec<Sample>) -> (Vec<Sample>, f64) {
     let mut controller = bench.controller();
-    let mut actuator = Actuator::<f64, 1, 6>::new(bench.workshop.settings, Tick(0));
+    let mut actuator = lent::actuator(bench.workshop.settings, Tick(0), LENGTH);
     let (mut state, mut states, mut cost) = (Sample::zeros(), vec![], 0.0);
     let mut buffer = [0; 96];
     for (k, wanted) in reference.iter().enumerate() {
@@ -277,9 +275,9 @@ fn a_set_point_is_reached_without_any_acknowledgement() {
         let bench = Bench::new(default_input);
         for merging in [Merging::Single, Merging::Imm, Merging::Gpb2] {
             let design = Design { preview: Some(bench.preview()), merging, ..bench.workshop.design() };
-            let mut controller = Apart::new(design, Tick(0)).expect("a fitting design");
+            let mut controller = lent::controller(design, Tick(0)).expect("a fitting design");
             controller.follow(&[Sample::from([2.0, 0.0])]).expect("samples of the tracked outputs");
-            let mut actuator = Actuator::<f64, 1, 6>::new(bench.workshop.settings, Tick(0));
+            let mut actuator = lent::actuator(bench.workshop.settings, Tick(0), LENGTH);
             let model = &bench.workshop.model;
             let mut state = SVector::from([0.0, 0.0]);
             let mut buffer = [0; 96];

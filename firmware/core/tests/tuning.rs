@@ -1,24 +1,22 @@
 //! A device that solves its own gains: what it takes, what it refuses, and what it does not put in force.
 
 mod double_integrator;
+mod lent;
 
-use double_integrator::{DELAYS, LENGTH, Node, WEIGHT, Workshop};
+use double_integrator::{DELAYS, LENGTH, WEIGHT, Workshop};
 use slqg::actuator::Settings;
 use slqg::controller::Design;
 use slqg::estimator::Model;
 use slqg::nalgebra::{SMatrix, SVector};
 use slqg::synthesis::InvalidProblem;
 use slqg::tuning::{
-    Basis, Event, InvalidTuner, Parameters, Progress, Solved, Solver, Tuner, Unsolved, workspace_len,
+    Basis, Event, InvalidTuner, Parameters, Progress, Solved, Solver, Tuner, Unsolved, tuner_len,
+    workspace_len,
 };
 use slqg::wire::{Acknowledgement, encode_acknowledgement};
-use slqg::{DefaultInput, Scalar, Tick, actuator::Age, arrival};
+use slqg::{Age, DefaultInput, Scalar, Tick, arrival};
 
 const SETTINGS: Settings<f32, 1> = Settings { default_input: DefaultInput::Zero, limits: None };
-/// Numbers of the law: `Lx`, `M` and `r`.
-const LAW: usize = LENGTH * 2 + LENGTH * (LENGTH - 1) + LENGTH * (LENGTH - 1) / 2;
-/// Capacity of the controller.
-const CAPACITY: usize = 6;
 
 fn survival<T: Scalar>(delays: &[f64]) -> [T; LENGTH] {
     let mut left = [0.0; LENGTH];
@@ -30,15 +28,18 @@ fn basis<'b>(state_cost: &'b [f32], survival: &'b [f32]) -> Basis<'b, f32> {
     Basis { state_cost, input_cost: &[0.05], survival, default_input: DefaultInput::Zero }
 }
 
+/// What a solver is lent.
 fn memory() -> Vec<f32> {
-    vec![0.0; workspace_len(&basis(&[0.0; 4], &[0.0; LENGTH]).dimensions(2, 1))]
+    vec![f32::NAN; workspace_len(&basis(&[0.0; 4], &[0.0; LENGTH]).dimensions(2, 1))]
+}
+
+/// What a tuner is lent.
+fn tuner_memory() -> Vec<f32> {
+    vec![f32::NAN; tuner_len(&basis(&[0.0; 4], &[0.0; LENGTH]), 2, 1)]
 }
 
 /// Solves to the end.
-fn solved(
-    solver: &mut Solver<'_, '_, f32, 2, 1, CAPACITY>,
-    survival: &[f32],
-) -> Result<Solved<f32>, Unsolved> {
+fn solved(solver: &mut Solver<'_, f32, 2, 1>, survival: &[f32]) -> Result<Solved<f32>, Unsolved> {
     solver.begin(survival);
     loop {
         match solver.slice() {
@@ -83,17 +84,17 @@ fn a_solution_that_takes_too_long_is_given_up() {
 
 #[test]
 fn the_tuner_of_four_states_and_eight_inputs_a_sequence_takes_less_than_twelve_kibibytes() {
-    fn bytes<const N: usize, const LEN: usize>() -> usize {
-        let survival = [0.0; N];
+    let bytes = |length| {
+        let survival = vec![0.0; length];
         let basis = Basis {
             state_cost: &[0.0; 16],
             input_cost: &[0.0],
             survival: &survival,
             default_input: DefaultInput::Zero,
         };
-        size_of::<Tuner<'_, '_, f32, 4, 1, N, LEN>>() + 4 * workspace_len(&basis.dimensions(4, 1))
-    }
-    let (four, eight) = (bytes::<4, 34>(), bytes::<8, 116>());
+        size_of::<Tuner<'_, f32, 4, 1>>() + 4 * tuner_len(&basis, 4, 1)
+    };
+    let (four, eight) = (bytes(4), bytes(8));
     println!("{four} bytes for N = 4, {eight} for N = 8");
     assert!(four < 3 << 10 && eight < 12 << 10, "{four}, {eight}");
 }
@@ -102,11 +103,11 @@ fn the_tuner_of_four_states_and_eight_inputs_a_sequence_takes_less_than_twelve_k
 fn a_tuner_switches_when_acknowledgements_say_that_the_link_is_another() {
     let workshop = Workshop::<f32>::double_integrator(SETTINGS);
     let design = workshop.design();
-    let (link, weight, mut memory) = (survival(&DELAYS), WEIGHT.map(|weight| weight as f32), memory());
+    let (link, weight, mut memory) = (survival(&DELAYS), WEIGHT.map(|weight| weight as f32), tuner_memory());
     let basis = basis(&weight, &link);
-    let mut tuner = Tuner::<f32, 2, 1, CAPACITY, LAW>::new(&design, basis, Parameters::DEFAULT, &mut memory)
-        .expect("it fits");
-    let mut controller = Node::new(design, Tick(0)).expect("it fits");
+    let mut tuner =
+        Tuner::<f32, 2, 1>::new(&design, basis, Parameters::DEFAULT, &mut memory).expect("it fits");
+    let mut controller = lent::controller(design, Tick(0)).expect("it fits");
     let (mut frame, mut events) = ([0; 64], Vec::new());
     for cycle in 0..600_u32 {
         if let Some(last) = cycle.checked_sub(1) {
@@ -136,28 +137,25 @@ fn what_does_not_fit_is_refused_by_name() {
     let design = workshop.design();
     let (link, weight) = (survival::<f32>(&DELAYS), WEIGHT.map(|weight| weight as f32));
     let new = |design: &Design<'_, f32, 2, 1, 1>, basis, parameters, memory: &mut [f32]| {
-        Tuner::<f32, 2, 1, CAPACITY, LAW>::new(design, basis, parameters, memory).map(drop)
+        Tuner::<f32, 2, 1>::new(design, basis, parameters, memory).map(drop)
     };
     let good = basis(&weight, &link);
-    assert_eq!(new(&design, good, Parameters::DEFAULT, &mut memory()), Ok(()));
+    assert_eq!(new(&design, good, Parameters::DEFAULT, &mut tuner_memory()), Ok(()));
     assert_eq!(
-        new(&design, basis(&weight, &link[1..]), Parameters::DEFAULT, &mut memory()),
+        new(&design, basis(&weight, &link[1..]), Parameters::DEFAULT, &mut tuner_memory()),
         Err(InvalidTuner::Basis)
     );
     assert_eq!(
-        new(&design, basis(&weight[1..], &link), Parameters::DEFAULT, &mut memory()),
+        new(&design, basis(&weight[1..], &link), Parameters::DEFAULT, &mut tuner_memory()),
         Err(InvalidTuner::Problem(InvalidProblem::Q))
     );
-    let short = &mut memory()[1..];
+    let short = &mut tuner_memory()[1..];
     assert_eq!(
         new(&design, good, Parameters::DEFAULT, short),
         Err(InvalidTuner::Problem(InvalidProblem::Workspace))
     );
     let forgetful = Parameters { memory: 0, ..Parameters::DEFAULT };
-    assert_eq!(new(&design, good, forgetful, &mut memory()), Err(InvalidTuner::Parameters));
-    let small =
-        Tuner::<f32, 2, 1, CAPACITY, 5>::new(&design, good, Parameters::DEFAULT, &mut memory()).map(drop);
-    assert_eq!(small, Err(InvalidTuner::Bank));
+    assert_eq!(new(&design, good, forgetful, &mut tuner_memory()), Err(InvalidTuner::Parameters));
 }
 
 fn model(a: [[f32; 2]; 2], b: [f32; 2]) -> Model<f32, 2, 1, 1> {

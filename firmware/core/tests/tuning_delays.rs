@@ -2,9 +2,11 @@
 
 #[path = "random/dice.rs"]
 mod dice;
+mod lent;
 
 use dice::Dice;
-use slqg::{actuator::Age, tuning::DelayEstimate};
+use slqg::tuning::{DelayEstimate, delays_len};
+use slqg::{Age, Scalar};
 use std::collections::VecDeque;
 
 const LENGTH: usize = 5;
@@ -34,7 +36,7 @@ fn played(hazards: &[f64; LENGTH], dice: &mut Dice, sent: impl Fn(usize) -> bool
 }
 
 /// Deviations of what was counted from what is to be expected, in standard deviations, by age.
-fn deviations(estimate: &DelayEstimate<f64, LENGTH>, hazards: &[f64; LENGTH]) -> [f64; LENGTH] {
+fn deviations(estimate: &DelayEstimate<'_, f64>, hazards: &[f64; LENGTH]) -> [f64; LENGTH] {
     core::array::from_fn(|d| {
         let count = estimate.counted(d);
         let variance = count.under_way * hazards[d] * (1.0 - hazards[d]);
@@ -42,8 +44,9 @@ fn deviations(estimate: &DelayEstimate<f64, LENGTH>, hazards: &[f64; LENGTH]) ->
     })
 }
 
-fn unforgetting() -> DelayEstimate<f64, LENGTH> {
-    DelayEstimate::new(&[0.5; LENGTH], 0.0, f64::INFINITY)
+fn estimate<T: Scalar>(survival: [T; LENGTH], packets: T, memory: T) -> DelayEstimate<'static, T> {
+    let room = lent::entries(lent::rubbish(), delays_len(LENGTH));
+    DelayEstimate::new(&survival, packets, memory, room).expect("room enough")
 }
 
 fn check(known: impl Fn(usize) -> bool, sent: impl Fn(usize) -> bool + Copy) {
@@ -52,7 +55,7 @@ fn check(known: impl Fn(usize) -> bool, sent: impl Fn(usize) -> bool + Copy) {
     const LINKS: usize = 40;
     for _ in 0..LINKS {
         let hazards: [f64; LENGTH] = core::array::from_fn(|_| 0.05 + 0.6 * dice.roll());
-        let mut estimate = unforgetting();
+        let mut estimate = estimate([0.5; LENGTH], 0.0, f64::INFINITY);
         for (cycle, age) in played(&hazards, &mut dice, sent).into_iter().enumerate() {
             estimate.told(Some(age).filter(|_| known(cycle)), |d| cycle >= d && sent(cycle - d));
         }
@@ -88,7 +91,7 @@ fn cycles_without_a_packet_leave_the_counts_unbiased() {
 fn the_estimate_comes_to_the_link_and_follows_it_when_it_changes() {
     let (first, second) = ([0.7, 0.4, 0.3, 0.2, 0.2], [0.05, 0.1, 0.2, 0.3, 0.2]);
     let mut dice = Dice(0xfade);
-    let mut estimate = DelayEstimate::<f32, LENGTH>::new(&[0.3, 0.18, 0.126, 0.1, 0.08], 10.0, 1000.0);
+    let mut estimate = estimate([0.3_f32, 0.18, 0.126, 0.1, 0.08], 10.0, 1000.0);
     let mut survival = [0.0; LENGTH];
     for hazards in [first, second] {
         for age in played(&hazards, &mut dice, |_| true) {

@@ -3,19 +3,20 @@
 #[path = "random/dice.rs"]
 mod dice;
 mod double_integrator;
+mod lent;
 mod trigger_bench;
 
 use dice::Dice;
-use double_integrator::{Apart, DELAYS, LATE, LENGTH, Workshop};
-use slqg::actuator::{Actuator, Age, Applied, Limits, Settings};
+use double_integrator::{DELAYS, LATE, LENGTH, Node, Workshop};
+use slqg::actuator::{Actuator, Applied, Limits, Settings};
 use slqg::controller::{Counts, Design};
 use slqg::estimator::Merging;
-use slqg::in_flight::InFlight;
 use slqg::nalgebra::SVector;
+use slqg::played::Played;
 use slqg::tracking::Feedforward;
 use slqg::wire::{self, Measurement};
-use slqg::{DefaultInput, Tick, sequence::ControlSequence};
-use trigger_bench::{BOTH, Bench, Judge};
+use slqg::{Age, DefaultInput, Scalar, Tick, sequence::ControlSequence};
+use trigger_bench::{BOTH, Bench};
 
 const MERGINGS: [Merging; 3] = [Merging::Single, Merging::Imm, Merging::Gpb2];
 const CYCLES: usize = 300;
@@ -23,10 +24,10 @@ const CYCLES: usize = 300;
 const SOME: f64 = 0.01;
 
 /// A loop over a link that loses and delays control packets, and from which few acknowledgements come back.
-struct Loop<'a, T: Judge> {
+struct Loop<'a, T: Scalar> {
     design: Design<'a, T, 2, 1, 1>,
-    controller: Apart<'a, T>,
-    actuator: Actuator<T, 1, 6>,
+    controller: Node<'a, T>,
+    actuator: Actuator<'static, T, 1>,
     state: SVector<T, 2>,
     dice: Dice,
     cycle: usize,
@@ -38,12 +39,12 @@ struct Loop<'a, T: Judge> {
     acknowledged: (f64, usize),
 }
 
-impl<'a, T: Judge> Loop<'a, T> {
+impl<'a, T: Scalar> Loop<'a, T> {
     fn new(design: Design<'a, T, 2, 1, 1>, acknowledged: (f64, usize), seed: u64) -> Self {
         Self {
             design,
-            controller: Apart::new(design, Tick(0)).expect("a fitting design"),
-            actuator: Actuator::new(design.actuator, Tick(0)),
+            controller: lent::controller(design, Tick(0)).expect("a fitting design"),
+            actuator: lent::actuator(design.actuator, Tick(0), LENGTH),
             state: SVector::from([1.0, 0.5].map(T::nearest)),
             dice: Dice(0x9E37_79B9_7F4A_7C15 ^ (seed << 20)),
             cycle: 0,
@@ -55,7 +56,7 @@ impl<'a, T: Judge> Loop<'a, T> {
     }
 
     /// Measures and runs the controller, and returns what it sends.
-    fn controls(&mut self) -> Option<ControlSequence<T, 1, 6>> {
+    fn controls(&mut self) -> Option<ControlSequence<'static, T, 1>> {
         let mut buffer = [0; 64];
         let noise = SVector::from([T::nearest((self.dice.roll() - 0.5) * 0.003)]);
         let output = self.design.model.c * self.state + noise;
@@ -63,7 +64,7 @@ impl<'a, T: Judge> Loop<'a, T> {
         let frame = wire::encode_measurement(&measurement, &mut buffer).expect("there is room");
         self.controller.receive(frame).expect("of use");
         let frame = self.controller.cycle(&mut buffer).expect("there is room")?.to_vec();
-        let sequence = wire::decode_control(&frame).expect("finite numbers only");
+        let sequence = lent::decoded(&frame, LENGTH).expect("finite numbers only");
         if let Some(delay) = self.dice.delay(&DELAYS) {
             self.under_way.push((self.cycle + delay, frame));
         }
@@ -101,17 +102,16 @@ fn what_is_sent_is_the_law(rounds_age: bool) {
                 let design = Design { merging, ..workshop.design() };
                 let mut run = Loop::new(design, (0.2, 1), 1);
                 run.controller.round_age(rounds_age);
-                let mut in_flight = InFlight::<f64, 1, 6, 8>::default();
+                let mut in_flight = lent::in_flight(LENGTH, LENGTH + LATE, Tick(0));
                 let (mut uncertain, mut otherwise) = (0, 0);
                 for now in 0..CYCLES {
                     let sequence = run.controls().expect("everything is sent");
-                    let modes = run.controller.estimator().modes().expect("filtered").clone();
+                    let modes = run.controller.estimator().modes().expect("filtered");
                     let last = Tick(now as u32) - 1;
-                    let mut expected = |age: Age| {
-                        let input = in_flight.applied_input(default_input, last, age, modes.held());
-                        let input = input.unwrap_or_else(SVector::zeros);
-                        in_flight.acknowledge(age, design.actuator.saturate(&input));
-                        in_flight.expected_inputs(&design.gains)
+                    let expected = |age: Age| {
+                        let input = in_flight.applied_input(default_input, last, age, &modes.held);
+                        let input = design.actuator.saturate(&input.unwrap_or_else(SVector::zeros));
+                        lent::expected(&in_flight, &design.gains, &Played::Known(age, input))
                     };
                     let mut mean = vec![SVector::zeros(); design.gains.in_flight()];
                     for (age, probability) in modes.iter() {
@@ -127,9 +127,9 @@ fn what_is_sent_is_the_law(rounds_age: bool) {
                     assert_eq!(modes.rounded(LENGTH), nearest.map_or(Age::Empty, Age::Steps));
                     let rounded = expected(modes.rounded(LENGTH));
                     let posterior_mean = run.controller.estimator().posterior_mean();
-                    let law = |vbar: &[SVector<f64, 1>]| design.gains.sequence::<6>(posterior_mean, vbar);
+                    let law = |vbar: &[SVector<f64, 1>]| lent::sequence(&design.gains, posterior_mean, vbar);
                     let distance = |vbar: &[SVector<f64, 1>]| {
-                        let pairs = law(vbar).into_iter().zip(&sequence.inputs);
+                        let pairs = law(vbar).into_iter().zip(sequence.inputs);
                         pairs.map(|(law, sent)| (law - sent).norm()).fold(0.0, f64::max)
                     };
                     let (meant, other) =
@@ -137,7 +137,7 @@ fn what_is_sent_is_the_law(rounds_age: bool) {
                     assert!(distance(meant) < 1e-12, "cycle {now}, {merging:?}, {default_input:?}");
                     otherwise += usize::from(distance(other) > 1e-6);
                     uncertain += usize::from(modes.known().is_none());
-                    in_flight.push(Some(sequence));
+                    lent::push(&mut in_flight, Some(sequence.inputs));
                     run.moves();
                 }
                 assert!(uncertain > CYCLES / 2 && otherwise > CYCLES / 4, "{uncertain} {otherwise}");
@@ -157,7 +157,7 @@ fn a_controller_that_rounds_the_age_takes_the_mean_age_for_certain() {
     what_is_sent_is_the_law(true);
 }
 
-fn some_packets_are_worth_it<T: Judge>() {
+fn some_packets_are_worth_it<T: Scalar>() {
     for default_input in BOTH {
         let bench = Bench::<T>::new(default_input);
         for merging in MERGINGS {
@@ -169,9 +169,10 @@ fn some_packets_are_worth_it<T: Judge>() {
                     // A reference that goes up and down.
                     let push =
                         |ahead: usize| SVector::from([T::nearest(0.2 * ((cycle + ahead) as f64).sin())]);
-                    let inputs = (0..LENGTH).map(push).collect();
-                    let displaced = (0..design.gains.in_flight()).map(push).collect();
-                    run.controller.set_feedforward(Feedforward { inputs, displaced }).expect("finite");
+                    let inputs: Vec<_> = (0..LENGTH).map(push).collect();
+                    let displaced = &inputs[..design.gains.in_flight()];
+                    let feedforward = Feedforward { inputs: &inputs, displaced };
+                    run.controller.set_feedforward(feedforward).expect("finite");
                     packets += usize::from(run.controls().is_some());
                     run.moves();
                 }

@@ -7,7 +7,7 @@ use slqg::wire::{
     Acknowledgement, MOST_AGES, Measurement, encode_acknowledgement, encode_control, encode_measurement,
     frame_len,
 };
-use slqg::{Scalar, Tick, actuator::Age, nalgebra, sequence::ControlSequence};
+use slqg::{Age, Scalar, Tick, nalgebra, sequence::ControlSequence};
 
 /// As in the wire page: a control frame of three inputs, 25 bytes, and zeros.
 const PADDED: [u8; 32] = [
@@ -18,8 +18,8 @@ const PADDED: [u8; 32] = [
 const ACKNOWLEDGEMENT: [u8; 12] = [0x01, 0x03, 0x04, 0x00, 0x00, 0x01, 0x00, 0x02, 0x0b, 0x6f, 0x9e, 0x8b];
 
 fn control<T: Scalar>(tick: Tick, length: usize) -> Vec<u8> {
-    let inputs = (0..length).map(|at| SVector::from([T::nearest(at as f64 / 3.0)])).collect();
-    encode_control(&ControlSequence::<T, 1, 40> { tick, inputs }, &mut [0; 512]).expect("room").to_vec()
+    let inputs: Vec<_> = (0..length).map(|at| SVector::from([T::nearest(at as f64 / 3.0)])).collect();
+    encode_control(&ControlSequence { tick, inputs: &inputs }, &mut [0; 512]).expect("room").to_vec()
 }
 
 fn measurement<T: Scalar, const NY: usize>(tick: Tick) -> Vec<u8> {

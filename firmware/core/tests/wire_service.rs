@@ -1,8 +1,7 @@
 //! Frames between a node and its host are the bytes that `docs/wire-format.md` says, and read back as what was written.
 
 use proptest::prelude::*;
-use slqg::Tick;
-use slqg::actuator::{Age, Applied};
+use slqg::actuator::Applied;
 use slqg::nalgebra::SVector;
 use slqg::wire::{
     Clock, DecodeError, GainsAnswer, GainsPart, Kind, LONGEST_SERVICE, Question, Ran, Reference, Role,
@@ -10,6 +9,7 @@ use slqg::wire::{
     decode_reference, decode_service, encode_applied, encode_gains_part, encode_reference, encode_service,
     gains_part_len, reference_len,
 };
+use slqg::{Age, Tick};
 use std::fmt::Debug;
 
 /// Checks the bytes before the checksum, and that they are read back.

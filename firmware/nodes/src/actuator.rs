@@ -5,8 +5,8 @@ use crate::clock::{Begin, Count};
 use crate::design::{self, ACKNOWLEDGED_CYCLES, ACTUATOR, INPUTS, SEQUENCE_LENGTH, Scalar};
 use crate::health::Health;
 use slqg::{
-    Scalar as _, Tick,
-    actuator::{Age, Applied},
+    Age, Scalar as _, Tick,
+    actuator::Applied,
     nalgebra::SVector,
     wire::{self, Clock, Kind, Role},
 };
@@ -33,9 +33,10 @@ pub const PATIENCE: u32 = {
 /// What it applies when packets fail to come is the design's default input. The safe input, zero within the limits, is for
 /// when the node itself does not know what to do: before the first clock frame, and when the clock that it was told to
 /// wait for has stopped.
-pub struct Node {
-    /// `None` until the clock tells which cycle it is.
-    actuator: Option<design::Actuator>,
+pub struct Node<'m> {
+    actuator: design::Actuator<'m>,
+    /// Whether the clock has told which cycle it is.
+    is_aligned: bool,
     count: Count,
     /// Periods since the last cycle.
     idle: u32,
@@ -43,10 +44,12 @@ pub struct Node {
     frame: [u8; LONGEST_OUT],
 }
 
-impl Default for Node {
-    fn default() -> Self {
+impl<'m> Node<'m> {
+    /// A node that knows nothing yet.
+    pub fn new(memory: &'m mut design::ActuatorMemory) -> Self {
         Self {
-            actuator: None,
+            actuator: design::Actuator::new(ACTUATOR, Tick(0), memory),
+            is_aligned: false,
             count: Count::default(),
             idle: 0,
             health: Health::default(),
@@ -55,7 +58,7 @@ impl Default for Node {
     }
 }
 
-impl board::Node for Node {
+impl board::Node for Node<'_> {
     fn start(&mut self, board: &mut impl Board) {
         self.health.tell(Role::Actuator, &self.count, &mut self.frame, board);
     }
@@ -75,7 +78,7 @@ impl board::Node for Node {
                 true
             }
             // Before the first clock frame nobody can tell how old it is.
-            _ => self.actuator.as_mut().is_some_and(|actuator| actuator.receive(frame).is_ok()),
+            _ => self.is_aligned && self.actuator.receive(frame).is_ok(),
         };
         if !taken {
             self.health.rejected(frame, board);
@@ -99,7 +102,7 @@ impl board::Node for Node {
     }
 }
 
-impl Node {
+impl Node<'_> {
     fn safe_input(&self) -> Applied<Scalar, INPUTS> {
         let tick = self.count.next().unwrap_or_default();
         Applied { tick, input: ACTUATOR.saturate(&SVector::zeros()), age: Age::Empty }
@@ -119,15 +122,18 @@ impl Node {
 
     /// Begins anew with cycle `tick`, the buffer empty: its sequences count cycles that are not these.
     fn align(&mut self, tick: Tick, board: &mut impl Board) {
-        self.health.aligned(self.actuator.is_none(), tick, board);
-        self.actuator = Some(design::Actuator::new(ACTUATOR, tick));
+        self.health.aligned(!self.is_aligned, tick, board);
+        self.actuator.restart(tick);
+        self.is_aligned = true;
     }
 
     fn cycle(&mut self, board: &mut impl Board) {
-        let Some(actuator) = &mut self.actuator else { return };
-        let applied = actuator.step();
+        if !self.is_aligned {
+            return;
+        }
+        let applied = self.actuator.step();
         self.health.ran();
-        let told = actuator.acknowledgement(ACKNOWLEDGED_CYCLES);
+        let told = self.actuator.acknowledgement(ACKNOWLEDGED_CYCLES);
         // The plant first: it waits.
         board.apply(&applied);
         if let Some(Ok(frame)) =

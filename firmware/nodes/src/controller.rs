@@ -5,7 +5,7 @@ use crate::clock::{Begin, Count};
 use crate::design::{self, DESIGN, INPUTS, OUTPUTS, SEQUENCE_LENGTH, Scalar};
 use crate::dimensions::{JOINING, TRACKED_OUTPUTS};
 use crate::health::Health;
-use crate::laws::{LARGEST_PART, Laws, Sent};
+use crate::laws::{LARGEST_PART, Laws};
 use crate::reference::{PER_FRAME, Window};
 use slqg::{
     Scalar as _, Tick,
@@ -35,9 +35,11 @@ const fn longest(lengths: &[usize]) -> usize {
 }
 
 /// The controller end of the loop, with a host and a clock; `L` is where its gains come from beside its design.
-pub struct Node<L = Sent> {
-    /// `None` until the clock tells which cycle it is.
-    controller: Option<design::Controller>,
+pub struct Node<'m, L> {
+    /// `None` if the design did not fit together, which the generator rules out.
+    controller: Option<design::Controller<'m>>,
+    /// Whether the clock has told which cycle it is.
+    is_aligned: bool,
     count: Count,
     reference: Window,
     laws: L,
@@ -47,17 +49,12 @@ pub struct Node<L = Sent> {
     frame: [u8; LONGEST_OUT],
 }
 
-impl Default for Node {
-    fn default() -> Self {
-        Self::new(Sent::default())
-    }
-}
-
-impl<L: Laws> Node<L> {
+impl<'m, L: Laws> Node<'m, L> {
     /// A node that knows nothing yet.
-    pub fn new(laws: L) -> Self {
+    pub fn new(memory: &'m mut design::Memory, laws: L) -> Self {
         Self {
-            controller: None,
+            controller: design::Controller::new(DESIGN, Tick(0), memory.lend()).ok(),
+            is_aligned: false,
             count: Count::default(),
             reference: Window::default(),
             laws,
@@ -68,7 +65,7 @@ impl<L: Laws> Node<L> {
     }
 }
 
-impl<L: Laws> board::Node for Node<L> {
+impl<L: Laws> board::Node for Node<'_, L> {
     fn start(&mut self, board: &mut impl Board) {
         self.health.tell(Role::Controller, &self.count, &mut self.frame, board);
     }
@@ -93,7 +90,7 @@ impl<L: Laws> board::Node for Node<L> {
             }
             Some(Kind::GainsPart) => self.replace_gains(frame, board),
             // Before the first clock frame nobody can tell how old it is.
-            _ => self.controller.as_mut().is_some_and(|controller| controller.receive(frame).is_ok()),
+            _ => self.controller().is_some_and(|controller| controller.receive(frame).is_ok()),
         };
         if !taken {
             self.health.rejected(frame, board);
@@ -112,7 +109,7 @@ impl<L: Laws> board::Node for Node<L> {
     }
 }
 
-impl<L: Laws> Node<L> {
+impl<'m, L: Laws> Node<'m, L> {
     fn begin(&mut self, begin: Begin, board: &mut impl Board) {
         match begin {
             Begin::Nothing => return,
@@ -126,16 +123,21 @@ impl<L: Laws> Node<L> {
 
     /// Begins anew with cycle `tick`: of what was sent before, nothing is known to be right any more.
     fn align(&mut self, tick: Tick, board: &mut impl Board) {
-        self.health.aligned(self.controller.is_none(), tick, board);
+        self.health.aligned(!self.is_aligned, tick, board);
         // Cycle 0 begins with the design's initial state. In any other the loop has been running, and may be anywhere.
         let is_start = tick == Tick(0);
         let design = if is_start { DESIGN } else { Design { model: &JOINING, ..DESIGN } };
-        // The generator has checked the design.
-        self.controller = design::Controller::new(design, tick).ok();
+        let Some(controller) = &mut self.controller else { return };
+        self.is_aligned = controller.restart(design, tick).is_ok();
+    }
+
+    /// The controller, once the clock has told which cycle it is.
+    fn controller(&mut self) -> Option<&mut design::Controller<'m>> {
+        self.controller.as_mut().filter(|_| self.is_aligned)
     }
 
     fn cycle(&mut self, board: &mut impl Board) {
-        let Some(controller) = &mut self.controller else { return };
+        let Some(controller) = self.controller.as_mut().filter(|_| self.is_aligned) else { return };
         let begin = board.ticks();
         let tick = controller.tick();
         if DESIGN.preview.is_some() {

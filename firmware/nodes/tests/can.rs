@@ -1,10 +1,10 @@
 //! Nodes on a CAN bus: what one end sends, the other takes, through drivers made of memory.
 
 use embedded_can::Frame;
-use slqg::actuator::{Age, Applied};
 use slqg::nalgebra::SVector;
 use slqg::wire::can::{Compact, InvalidCompact};
 use slqg::wire::{self, Clock, Kind, Ran, Role, Status};
+use slqg::{Age, actuator::Applied};
 use slqg::{Scalar, Tick};
 use slqg_nodes::actuator;
 use slqg_nodes::board::{Board, Node, Notice, Usage};
@@ -184,7 +184,7 @@ impl Board for Bench {
 fn an_actuator_node_on_the_bus_plays_the_sequence_it_was_sent() {
     let line = Line::new(Memory::with_room(3), form(), taken_by(Role::Actuator));
     let mut board = Bench { line, applied: Vec::new() };
-    let mut node = actuator::Node::default();
+    let mut node = actuator::Node::new(Box::leak(Box::new(slqg_nodes::design::ACTUATOR_MEMORY)));
     let mut buffer = [0; LONGEST];
     let form = form::<INPUTS, OUTPUTS>();
     // The clock, a sequence for the cycle after next and the one after that, the clock three times more.

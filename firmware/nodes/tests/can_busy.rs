@@ -1,7 +1,7 @@
 //! A node whose CAN controller has no room: what waits, what is replaced, and what is counted.
 
 use embedded_can::{ErrorKind, Frame};
-use slqg::actuator::Age;
+use slqg::Age;
 use slqg::wire::Role;
 use slqg_nodes::can::{Line, Lost, taken_by};
 

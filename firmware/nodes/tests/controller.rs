@@ -1,21 +1,26 @@
 //! The controller node does in each cycle what its clock, its host and its link tell it.
 
-use slqg::bank::Bank;
-use slqg::blob::{DesignId, encode, encoded_len};
+use slqg::blob::{DesignId, Shape, encode, encoded_len};
 use slqg::nalgebra::SVector;
 use slqg::wire::{self, GainsAnswer, GainsPart, Kind, Measurement, Status, Verdict};
 use slqg::{Tick, gains::Tables};
 use slqg_nodes::board::{Node as _, Notice};
 use slqg_nodes::controller::Node;
-use slqg_nodes::design::{ACTUATOR, INPUTS, OUTPUTS, SEQUENCE_LENGTH, STATES, Scalar};
+use slqg_nodes::design::{ACTUATOR, INPUTS, Memory, OUTPUTS, SEQUENCE_LENGTH, STATES, Scalar};
 use slqg_nodes::dimensions::DESIGN_ID;
+use slqg_nodes::laws::{BANK_MEMORY, Sent};
 
 mod desk;
 use desk::{BYTES, Desk, RUNNING, STEPPED};
 
+fn node() -> Node<'static, Sent<'static>> {
+    let (memory, bank) = (Box::leak(Box::new(Memory::new())), Box::leak(Box::new([0.0; BANK_MEMORY])));
+    Node::new(memory, Sent::new(bank))
+}
+
 #[test]
 fn nothing_is_sent_before_the_clock_tells_the_cycle() {
-    let (mut node, mut desk) = (Node::default(), Desk::default());
+    let (mut node, mut desk) = (node(), Desk::default());
     node.start(&mut desk);
     assert_eq!(desk.kinds(), [Kind::Status]);
     let mut buffer = [0; 64];
@@ -28,7 +33,7 @@ fn nothing_is_sent_before_the_clock_tells_the_cycle() {
 
 #[test]
 fn each_cycle_that_begins_brings_a_control_frame_and_its_end() {
-    let (mut node, mut desk) = (Node::default(), Desk::default());
+    let (mut node, mut desk) = (node(), Desk::default());
     for tick in 5..8 {
         desk.clock(&mut node, tick, STEPPED);
         assert_eq!(desk.kinds(), [Kind::Control, Kind::Ran], "cycle {tick}");
@@ -39,7 +44,7 @@ fn each_cycle_that_begins_brings_a_control_frame_and_its_end() {
 
 #[test]
 fn a_node_whose_clock_frame_is_lost_goes_on_by_its_timer() {
-    let (mut node, mut desk) = (Node::default(), Desk::default());
+    let (mut node, mut desk) = (node(), Desk::default());
     desk.clock(&mut node, 5, RUNNING);
     node.period_over(&mut desk);
     desk.clock(&mut node, 6, RUNNING);
@@ -51,7 +56,7 @@ fn a_node_whose_clock_frame_is_lost_goes_on_by_its_timer() {
 
 #[test]
 fn a_node_that_is_asked_tells_how_it_is() {
-    let (mut node, mut desk) = (Node::default(), Desk::default());
+    let (mut node, mut desk) = (node(), Desk::default());
     desk.clock(&mut node, 5, STEPPED);
     desk.sent.clear();
     let mut buffer = [0; wire::LONGEST_SERVICE];
@@ -64,20 +69,24 @@ fn a_node_that_is_asked_tells_how_it_is() {
 
 /// A law of nothing but one number, as a blob of the plant `id`.
 fn blob(id: DesignId) -> Vec<u8> {
-    let bank = Bank::<Scalar, STATES, INPUTS, 4096>::new(SEQUENCE_LENGTH, ACTUATOR.default_input);
-    let shape = bank.expect("it fits").shape();
+    let shape = Shape {
+        length: SEQUENCE_LENGTH,
+        states: STATES,
+        inputs: INPUTS,
+        default_input: ACTUATOR.default_input,
+    };
     let rows = SEQUENCE_LENGTH * INPUTS;
     let lx = vec![-1.0; rows * STATES];
     let m = vec![0.0; rows * ACTUATOR.default_input.in_flight(SEQUENCE_LENGTH) * INPUTS];
     let arrival = vec![0.5; SEQUENCE_LENGTH * (SEQUENCE_LENGTH - 1) / 2];
     let mut buffer = vec![0; encoded_len(&shape, BYTES)];
-    encode::<Scalar>(id, &shape, &Tables { lx: &lx, m: &m, arrival: &arrival }, &mut buffer)
+    encode::<Scalar>(id, &shape, &Tables::check(&lx, &m, &arrival).expect("numbers"), &mut buffer)
         .expect("gains")
         .to_vec()
 }
 
 /// Sends a blob to the node; returns its last answer.
-fn send(node: &mut Node, desk: &mut Desk, blob: &[u8]) -> GainsAnswer {
+fn send(node: &mut Node<'_, Sent<'_>>, desk: &mut Desk, blob: &[u8]) -> GainsAnswer {
     let mut answer = GainsAnswer { received: 0, verdict: Verdict::Incomplete };
     while answer.verdict == Verdict::Incomplete {
         let offset = usize::from(answer.received);
@@ -95,14 +104,14 @@ fn send(node: &mut Node, desk: &mut Desk, blob: &[u8]) -> GainsAnswer {
 #[test]
 fn gains_of_the_plant_are_in_force_from_the_next_cycle_on_and_others_never() {
     let sequence_after = |id: DesignId| {
-        let (mut node, mut desk) = (Node::default(), Desk::default());
+        let (mut node, mut desk) = (node(), Desk::default());
         desk.clock(&mut node, 0, STEPPED);
         let answer = send(&mut node, &mut desk, &blob(id));
         desk.clock(&mut node, 1, STEPPED);
         (answer.verdict, desk.sent[0].clone())
     };
     let designed = {
-        let (mut node, mut desk) = (Node::default(), Desk::default());
+        let (mut node, mut desk) = (node(), Desk::default());
         desk.clock(&mut node, 0, STEPPED);
         desk.sent.clear();
         desk.clock(&mut node, 1, STEPPED);

@@ -31,7 +31,7 @@ fn encoded<T: Scalar>(emission: &Emission<'_>) -> Result<Vec<u8>, EmitError> {
         default_input: law.default_input,
     };
     let mut buffer = vec![0; blob::encoded_len(&shape, T::BYTES)];
-    let tables = Tables { lx: &lx, m: &m, arrival: &arrival };
+    let tables = Tables::check(&lx, &m, &arrival).map_err(|error| EmitError::Blob(error.into()))?;
     blob::encode(design_id(emission.design), &shape, &tables, &mut buffer).map_err(EmitError::Blob)?;
     Ok(buffer)
 }

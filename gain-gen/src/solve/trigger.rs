@@ -1,7 +1,7 @@
 //! What sending a packet is worth, as the tables of [`slqg::event`]: THEORY 7.
 
 use super::{LoopProblem, Solution, flat::Flat};
-use slqg::event::{TableLengths, Tables};
+use slqg::event::{InvalidTrigger, TableLengths, Tables};
 
 /// The tables of an event trigger in `f64`; layout as in [`Tables`].
 #[derive(Debug, Clone, PartialEq)]
@@ -16,8 +16,11 @@ pub struct TriggerTables {
 
 impl TriggerTables {
     /// As the core takes them.
-    pub fn as_tables(&self) -> Tables<'_, f64> {
-        Tables { state: &self.state, in_flight: &self.in_flight, sequence: &self.sequence }
+    ///
+    /// # Errors
+    /// If a number is not finite.
+    pub fn as_tables(&self) -> Result<Tables<'_, f64>, InvalidTrigger> {
+        Tables::check(&self.state, &self.in_flight, &self.sequence)
     }
 
     /// Numbers in all tables together.

@@ -14,8 +14,15 @@
 //         include!("path of this file");
 //     }
 //
-// then begin with `design::Controller::new(design::DESIGN, slqg::Tick(0))` at one end of the link and with
-// `design::Actuator::new(design::ACTUATOR, slqg::Tick(0))` at the other.
+// then begin at one end of the link with
+//
+//     let mut memory = design::Memory::new();
+//     let controller = design::Controller::new(design::DESIGN, slqg::Tick(0), memory.lend());
+//
+// and at the other with
+//
+//     let mut memory = design::ACTUATOR_MEMORY;
+//     let actuator = design::Actuator::new(design::ACTUATOR, slqg::Tick(0), &mut memory);
 
 /// States of the plant, `nx`.
 pub const STATES: usize = 3;
@@ -56,15 +63,15 @@ pub static GAINS: slqg::gains::Gains<'static, Scalar, STATES, INPUTS> =
         SEQUENCE_LENGTH,
         slqg::DefaultInput::Hold,
         slqg::gains::Tables {
-            lx: &[
+            lx: slqg::checked::Finite::<Scalar>::new(&[
                 -0.7987587885901799, -2.5206127352629895, -1.4385510115436715,
                 0.41182636949644835, -0.3822069428196926, -0.6790307115189228,
                 -0.703565063856564, -2.4586977308701714, -1.423244239610482,
                 0.41868643983060694, -0.38885309184182726, -0.6553858679064439,
                 -0.5605230780704378, -2.1590603128610053, -1.254854450711289,
                 0.4305684220998146, -0.34292842172449006, -0.5954202682100116,
-            ],
-            m: &[
+            ]),
+            m: slqg::checked::Finite::<Scalar>::new(&[
                 0.023290189596702142, 0.013601353845440922, 0.0006189385107409988,
                 0.0003578304094768914, -2.0296725060336495e-5, -1.2002474972878915e-5,
                 0.004800240866444517, 0.0031654193872767016, 0.00012894164671097208,
@@ -77,10 +84,10 @@ pub static GAINS: slqg::gains::Gains<'static, Scalar, STATES, INPUTS> =
                 -0.016931153195087527, 0.00038258073604313425, 0.0002232690884416575,
                 -0.02239338200821202, -0.028512445263432364, -0.0061012685402807975,
                 -0.007719830070994339, 7.876546556889429e-5, 5.231594896454325e-5,
-            ],
-            arrival: &[
+            ]),
+            arrival: slqg::checked::Probabilities::<Scalar>::new(&[
                 0.6000000000000001, 0.8, 0.5000000000000001,
-            ],
+            ]),
         },
     );
 
@@ -154,13 +161,30 @@ pub static DESIGN: slqg::controller::Design<'static, Scalar, STATES, INPUTS, OUT
         grid: None,
     };
 
-/// A controller with room for this design.
+/// A controller of this design; it is lent a [`Memory`].
 #[rustfmt::skip]
-pub type Controller =
-    slqg::controller::Controller<'static, Scalar, STATES, INPUTS, OUTPUTS, SEQUENCE_LENGTH, HISTORY, ESTIMATES>;
+pub type Controller<'memory> = slqg::controller::Controller<'memory, Scalar, STATES, INPUTS, OUTPUTS>;
 
-/// An actuator with room for this design.
-pub type Actuator = slqg::actuator::Actuator<Scalar, INPUTS, SEQUENCE_LENGTH>;
+slqg::controller_memory! {
+    /// Memory of one controller of this design.
+    pub struct Memory: Scalar, STATES, INPUTS, OUTPUTS;
+    slqg::controller::Sizes::of(SEQUENCE_LENGTH, HISTORY, ESTIMATES)
+}
+
+/// An actuator for this design; it is lent an [`ActuatorMemory`].
+#[rustfmt::skip]
+pub type Actuator<'memory> = slqg::actuator::Actuator<'memory, Scalar, INPUTS>;
+
+/// Memory of one actuator for this design.
+#[rustfmt::skip]
+pub type ActuatorMemory =
+    [slqg::nalgebra::SVector<Scalar, INPUTS>; slqg::actuator::memory_len(SEQUENCE_LENGTH)];
+
+/// Memory of an actuator that has not begun.
+#[rustfmt::skip]
+pub const ACTUATOR_MEMORY: ActuatorMemory =
+    [slqg::nalgebra::SVector::from_array_storage(slqg::nalgebra::ArrayStorage([[0.0; INPUTS]]));
+        slqg::actuator::memory_len(SEQUENCE_LENGTH)];
 
 /// What the law was computed from beside [`MODEL`]: hand it to [`Tuner`], which computes it again when the link has changed.
 ///
@@ -183,19 +207,18 @@ pub const TUNING: slqg::tuning::Basis<'static, Scalar> = slqg::tuning::Basis {
     default_input: slqg::DefaultInput::Hold,
 };
 
-/// Numbers of memory that a [`Tuner`] is given.
-pub const TUNING_MEMORY: usize = slqg::tuning::workspace_len(&TUNING.dimensions(STATES, INPUTS));
+/// Numbers of memory that a [`Tuner`] is lent.
+pub const TUNING_MEMORY: usize = slqg::tuning::tuner_len(&TUNING, STATES, INPUTS);
 
-/// Numbers of the tables of one law.
+/// Numbers of memory that a [`slqg::bank::Bank`] for laws of this design is lent.
 #[rustfmt::skip]
-pub const LAW_LEN: usize = slqg::blob::storage_len(&slqg::blob::Shape {
+pub const BANK_MEMORY: usize = slqg::bank::memory_len(&slqg::blob::Shape {
     length: SEQUENCE_LENGTH,
     states: STATES,
     inputs: INPUTS,
     default_input: slqg::DefaultInput::Hold,
 });
 
-/// A tuner with room for this design.
+/// A tuner for this design.
 #[rustfmt::skip]
-pub type Tuner<'memory> =
-    slqg::tuning::Tuner<'static, 'memory, Scalar, STATES, INPUTS, SEQUENCE_LENGTH, LAW_LEN>;
+pub type Tuner<'memory> = slqg::tuning::Tuner<'memory, Scalar, STATES, INPUTS>;

@@ -11,8 +11,15 @@
 //         include!("path of this file");
 //     }
 //
-// then begin with `design::Controller::new(design::DESIGN, slqg::Tick(0))` at one end of the link and with
-// `design::Actuator::new(design::ACTUATOR, slqg::Tick(0))` at the other.
+// then begin at one end of the link with
+//
+//     let mut memory = design::Memory::new();
+//     let controller = design::Controller::new(design::DESIGN, slqg::Tick(0), memory.lend());
+//
+// and at the other with
+//
+//     let mut memory = design::ACTUATOR_MEMORY;
+//     let actuator = design::Actuator::new(design::ACTUATOR, slqg::Tick(0), &mut memory);
 
 /// States of the plant, `nx`.
 pub const STATES: usize = 2;
@@ -62,120 +69,120 @@ pub static HORIZON: [slqg::gains::Gains<'static, Scalar, STATES, INPUTS>; CYCLES
         SEQUENCE_LENGTH,
         slqg::DefaultInput::Zero,
         slqg::gains::Tables {
-            lx: &[
+            lx: slqg::checked::Finite::<Scalar>::new(&[
                 -0.5068345, -0.50928426,
                 -1.5184025, -1.5188823,
-            ],
-            m: &[
+            ]),
+            m: slqg::checked::Finite::<Scalar>::new(&[
                 0.54743075,
                 -0.9399826,
-            ],
-            arrival: &ARRIVAL,
+            ]),
+            arrival: slqg::checked::Probabilities::<Scalar>::new(&ARRIVAL),
         },
     ),
     slqg::gains::Gains::<Scalar, STATES, INPUTS>::new(
         SEQUENCE_LENGTH,
         slqg::DefaultInput::Zero,
         slqg::gains::Tables {
-            lx: &[
+            lx: slqg::checked::Finite::<Scalar>::new(&[
                 -0.57449895, -0.57781684,
                 -1.4132335, -1.4138137,
-            ],
-            m: &[
+            ]),
+            m: slqg::checked::Finite::<Scalar>::new(&[
                 0.46478894,
                 -0.850441,
-            ],
-            arrival: &ARRIVAL,
+            ]),
+            arrival: slqg::checked::Probabilities::<Scalar>::new(&ARRIVAL),
         },
     ),
     slqg::gains::Gains::<Scalar, STATES, INPUTS>::new(
         SEQUENCE_LENGTH,
         slqg::DefaultInput::Zero,
         slqg::gains::Tables {
-            lx: &[
+            lx: slqg::checked::Finite::<Scalar>::new(&[
                 -0.6647129, -0.66920316,
                 -1.2472286, -1.247635,
-            ],
-            m: &[
+            ]),
+            m: slqg::checked::Finite::<Scalar>::new(&[
                 0.35063255,
                 -0.71811324,
-            ],
-            arrival: &ARRIVAL,
+            ]),
+            arrival: slqg::checked::Probabilities::<Scalar>::new(&ARRIVAL),
         },
     ),
     slqg::gains::Gains::<Scalar, STATES, INPUTS>::new(
         SEQUENCE_LENGTH,
         slqg::DefaultInput::Zero,
         slqg::gains::Tables {
-            lx: &[
+            lx: slqg::checked::Finite::<Scalar>::new(&[
                 -0.7566885, -0.76225466,
                 -0.97911894, -0.9782222,
-            ],
-            m: &[
+            ]),
+            m: slqg::checked::Finite::<Scalar>::new(&[
                 0.20738193,
                 -0.52533394,
-            ],
-            arrival: &ARRIVAL,
+            ]),
+            arrival: slqg::checked::Probabilities::<Scalar>::new(&ARRIVAL),
         },
     ),
     slqg::gains::Gains::<Scalar, STATES, INPUTS>::new(
         SEQUENCE_LENGTH,
         slqg::DefaultInput::Zero,
         slqg::gains::Tables {
-            lx: &[
+            lx: slqg::checked::Finite::<Scalar>::new(&[
                 -0.74891543, -0.7528368,
                 -0.60672575, -0.60145533,
-            ],
-            m: &[
+            ]),
+            m: slqg::checked::Finite::<Scalar>::new(&[
                 0.077387065,
                 -0.29440302,
-            ],
-            arrival: &ARRIVAL,
+            ]),
+            arrival: slqg::checked::Probabilities::<Scalar>::new(&ARRIVAL),
         },
     ),
     slqg::gains::Gains::<Scalar, STATES, INPUTS>::new(
         SEQUENCE_LENGTH,
         slqg::DefaultInput::Zero,
         slqg::gains::Tables {
-            lx: &[
+            lx: slqg::checked::Finite::<Scalar>::new(&[
                 -0.52591026, -0.51869684,
                 -0.23455833, -0.22024319,
-            ],
-            m: &[
+            ]),
+            m: slqg::checked::Finite::<Scalar>::new(&[
                 0.013174452,
                 -0.10841159,
-            ],
-            arrival: &ARRIVAL,
+            ]),
+            arrival: slqg::checked::Probabilities::<Scalar>::new(&ARRIVAL),
         },
     ),
     slqg::gains::Gains::<Scalar, STATES, INPUTS>::new(
         SEQUENCE_LENGTH,
         slqg::DefaultInput::Zero,
         slqg::gains::Tables {
-            lx: &[
+            lx: slqg::checked::Finite::<Scalar>::new(&[
                 -0.21360576, -0.18388669,
                 -0.017872596, 0.004179243,
-            ],
-            m: &[
+            ]),
+            m: slqg::checked::Finite::<Scalar>::new(&[
                 0.0006965405,
                 -0.022743104,
-            ],
-            arrival: &ARRIVAL,
+            ]),
+            arrival: slqg::checked::Probabilities::<Scalar>::new(&ARRIVAL),
         },
     ),
     slqg::gains::Gains::<Scalar, STATES, INPUTS>::new(
         SEQUENCE_LENGTH,
         slqg::DefaultInput::Zero,
         slqg::gains::Tables {
-            lx: &[
+            lx: slqg::checked::Finite::<Scalar>::new(&[
                 -0.045454547, -0.0,
                 0.0, 0.0,
-            ],
-            m: &[
+            ]),
+            m: slqg::checked::Finite::<Scalar>::new(&[
                 -0.0,
                 0.0,
-            ],
-            arrival: &ARRIVAL,
+            ]),
+            arrival: slqg::checked::Probabilities::<Scalar>::new(&ARRIVAL),
         },
     ),
 ];
@@ -238,10 +245,27 @@ pub static DESIGN: slqg::controller::Design<'static, Scalar, STATES, INPUTS, OUT
         grid: None,
     };
 
-/// A controller with room for this design.
+/// A controller of this design; it is lent a [`Memory`].
 #[rustfmt::skip]
-pub type Controller =
-    slqg::controller::Controller<'static, Scalar, STATES, INPUTS, OUTPUTS, SEQUENCE_LENGTH, HISTORY, ESTIMATES>;
+pub type Controller<'memory> = slqg::controller::Controller<'memory, Scalar, STATES, INPUTS, OUTPUTS>;
 
-/// An actuator with room for this design.
-pub type Actuator = slqg::actuator::Actuator<Scalar, INPUTS, SEQUENCE_LENGTH>;
+slqg::controller_memory! {
+    /// Memory of one controller of this design.
+    pub struct Memory: Scalar, STATES, INPUTS, OUTPUTS;
+    slqg::controller::Sizes::of(SEQUENCE_LENGTH, HISTORY, ESTIMATES)
+}
+
+/// An actuator for this design; it is lent an [`ActuatorMemory`].
+#[rustfmt::skip]
+pub type Actuator<'memory> = slqg::actuator::Actuator<'memory, Scalar, INPUTS>;
+
+/// Memory of one actuator for this design.
+#[rustfmt::skip]
+pub type ActuatorMemory =
+    [slqg::nalgebra::SVector<Scalar, INPUTS>; slqg::actuator::memory_len(SEQUENCE_LENGTH)];
+
+/// Memory of an actuator that has not begun.
+#[rustfmt::skip]
+pub const ACTUATOR_MEMORY: ActuatorMemory =
+    [slqg::nalgebra::SVector::from_array_storage(slqg::nalgebra::ArrayStorage([[0.0; INPUTS]]));
+        slqg::actuator::memory_len(SEQUENCE_LENGTH)];

@@ -12,8 +12,15 @@
 //         include!("path of this file");
 //     }
 //
-// then begin with `design::Controller::new(design::DESIGN, slqg::Tick(0))` at one end of the link and with
-// `design::Actuator::new(design::ACTUATOR, slqg::Tick(0))` at the other.
+// then begin at one end of the link with
+//
+//     let mut memory = design::Memory::new();
+//     let controller = design::Controller::new(design::DESIGN, slqg::Tick(0), memory.lend());
+//
+// and at the other with
+//
+//     let mut memory = design::ACTUATOR_MEMORY;
+//     let actuator = design::Actuator::new(design::ACTUATOR, slqg::Tick(0), &mut memory);
 
 /// States of the plant, `nx`.
 pub const STATES: usize = 2;
@@ -54,19 +61,19 @@ pub static GAINS: slqg::gains::Gains<'static, Scalar, STATES, INPUTS> =
         SEQUENCE_LENGTH,
         slqg::DefaultInput::Zero,
         slqg::gains::Tables {
-            lx: &[
+            lx: slqg::checked::Finite::<Scalar>::new(&[
                 -1.0645648082439345, -0.5312038255586664,
                 -0.7585944726981583, -0.5776822178333111,
                 -0.18694942794156055, -0.3428996852698315,
-            ],
-            m: &[
+            ]),
+            m: slqg::checked::Finite::<Scalar>::new(&[
                 0.258104774306372, -0.010293282223683312,
                 -0.44033579383018406, 0.0822373957529817,
                 -0.3508661522204577, -0.18502414721170618,
-            ],
-            arrival: &[
+            ]),
+            arrival: slqg::checked::Probabilities::<Scalar>::new(&[
                 0.5, 0.7, 0.3999999999999999,
-            ],
+            ]),
         },
     );
 
@@ -100,13 +107,13 @@ pub static PREVIEW: slqg::tracking::Preview<'static, Scalar, INPUTS> =
         TRACKED_OUTPUTS,
         PREVIEW_SAMPLES,
         slqg::tracking::Tables {
-            sequence: &[
+            sequence: slqg::checked::Finite::<Scalar>::new(&[
                 0.8645238767969924,
                 0.5078917056782207,
                 -0.01445827743261302,
-            ],
-            displaced: &[
-            ],
+            ]),
+            displaced: slqg::checked::Finite::<Scalar>::new(&[
+            ]),
         },
     );
 
@@ -167,10 +174,27 @@ pub static DESIGN: slqg::controller::Design<'static, Scalar, STATES, INPUTS, OUT
         grid: None,
     };
 
-/// A controller with room for this design.
+/// A controller of this design; it is lent a [`Memory`].
 #[rustfmt::skip]
-pub type Controller =
-    slqg::controller::Controller<'static, Scalar, STATES, INPUTS, OUTPUTS, SEQUENCE_LENGTH, HISTORY, ESTIMATES>;
+pub type Controller<'memory> = slqg::controller::Controller<'memory, Scalar, STATES, INPUTS, OUTPUTS>;
 
-/// An actuator with room for this design.
-pub type Actuator = slqg::actuator::Actuator<Scalar, INPUTS, SEQUENCE_LENGTH>;
+slqg::controller_memory! {
+    /// Memory of one controller of this design.
+    pub struct Memory: Scalar, STATES, INPUTS, OUTPUTS;
+    slqg::controller::Sizes::of(SEQUENCE_LENGTH, HISTORY, ESTIMATES)
+}
+
+/// An actuator for this design; it is lent an [`ActuatorMemory`].
+#[rustfmt::skip]
+pub type Actuator<'memory> = slqg::actuator::Actuator<'memory, Scalar, INPUTS>;
+
+/// Memory of one actuator for this design.
+#[rustfmt::skip]
+pub type ActuatorMemory =
+    [slqg::nalgebra::SVector<Scalar, INPUTS>; slqg::actuator::memory_len(SEQUENCE_LENGTH)];
+
+/// Memory of an actuator that has not begun.
+#[rustfmt::skip]
+pub const ACTUATOR_MEMORY: ActuatorMemory =
+    [slqg::nalgebra::SVector::from_array_storage(slqg::nalgebra::ArrayStorage([[0.0; INPUTS]]));
+        slqg::actuator::memory_len(SEQUENCE_LENGTH)];

@@ -11,8 +11,15 @@
 //         include!("path of this file");
 //     }
 //
-// then begin with `design::Controller::new(design::DESIGN, slqg::Tick(0))` at one end of the link and with
-// `design::Actuator::new(design::ACTUATOR, slqg::Tick(0))` at the other.
+// then begin at one end of the link with
+//
+//     let mut memory = design::Memory::new();
+//     let controller = design::Controller::new(design::DESIGN, slqg::Tick(0), memory.lend());
+//
+// and at the other with
+//
+//     let mut memory = design::ACTUATOR_MEMORY;
+//     let actuator = design::Actuator::new(design::ACTUATOR, slqg::Tick(0), &mut memory);
 
 /// States of the plant, `nx`.
 pub const STATES: usize = 2;
@@ -62,74 +69,74 @@ pub static HORIZON: [slqg::gains::Gains<'static, Scalar, STATES, INPUTS>; CYCLES
         SEQUENCE_LENGTH,
         slqg::DefaultInput::Zero,
         slqg::gains::Tables {
-            lx: &[
+            lx: slqg::checked::Finite::<Scalar>::new(&[
                 -0.8510079127822021, -0.43693426402931196,
                 -0.8069365943879676, -0.6010240180934653,
                 -0.5978732233303632, -0.5742988427760782,
-            ],
-            m: &[
+            ]),
+            m: slqg::checked::Finite::<Scalar>::new(&[
                 0.39134464184899614, -0.023032194246846736,
                 -0.4918874996438915, 0.15565813263935122,
                 -0.568088594567358, -0.310227555673168,
-            ],
-            arrival: &ARRIVAL,
+            ]),
+            arrival: slqg::checked::Probabilities::<Scalar>::new(&ARRIVAL),
         },
     ),
     slqg::gains::Gains::<Scalar, STATES, INPUTS>::new(
         SEQUENCE_LENGTH,
         slqg::DefaultInput::Zero,
         slqg::gains::Tables {
-            lx: &[
+            lx: slqg::checked::Finite::<Scalar>::new(&[
                 -0.8538781444506068, -0.4434355062232782,
                 -1.3468464795205217, -0.873873118238065,
                 -0.9390238781540287, -0.634587034789154,
-            ],
-            m: &[
+            ]),
+            m: slqg::checked::Finite::<Scalar>::new(&[
                 0.41234582031230355, -0.008868758186062286,
                 -0.7334073372964687, 0.056394369690330154,
                 -0.599397435298362, -0.2548166094323528,
-            ],
-            arrival: &ARRIVAL,
+            ]),
+            arrival: slqg::checked::Probabilities::<Scalar>::new(&ARRIVAL),
         },
     ),
     slqg::gains::Gains::<Scalar, STATES, INPUTS>::new(
         SEQUENCE_LENGTH,
         slqg::DefaultInput::Zero,
         slqg::gains::Tables {
-            lx: &[
+            lx: slqg::checked::Finite::<Scalar>::new(&[
                 -1.6424720033181255, -0.7465781833264207,
                 -1.9711067862042562, -0.9574960916313049,
                 0.0, 0.0,
-            ],
-            m: &[
+            ]),
+            m: slqg::checked::Finite::<Scalar>::new(&[
                 0.17254251347988375, -0.0,
                 -0.7173786810452092, 0.0,
                 0.0, 0.0,
-            ],
-            arrival: &ARRIVAL,
+            ]),
+            arrival: slqg::checked::Probabilities::<Scalar>::new(&ARRIVAL),
         },
     ),
     slqg::gains::Gains::<Scalar, STATES, INPUTS>::new(
         SEQUENCE_LENGTH,
         slqg::DefaultInput::Zero,
         slqg::gains::Tables {
-            lx: &[
+            lx: slqg::checked::Finite::<Scalar>::new(&[
                 -3.384615384615384, -0.923076923076923,
                 0.0, 0.0,
                 0.0, 0.0,
-            ],
-            m: &[
+            ]),
+            m: slqg::checked::Finite::<Scalar>::new(&[
                 -0.0, -0.0,
                 0.0, 0.0,
                 0.0, 0.0,
-            ],
-            arrival: &ARRIVAL,
+            ]),
+            arrival: slqg::checked::Probabilities::<Scalar>::new(&ARRIVAL),
         },
     ),
 ];
 
 /// What the reference adds to the sequence of each cycle of the task, its 3 inputs one after the other: before cycle
-/// `k` hand `slqg::tracking::Feedforward::from_rows(&FEEDFORWARD[k])` to the controller's `set_feedforward`.
+/// `k` hand `&FEEDFORWARD[k]` to the controller's `set_feedforward_rows`.
 #[rustfmt::skip]
 #[allow(clippy::approx_constant)]
 pub static FEEDFORWARD: [[Scalar; SEQUENCE_LENGTH * INPUTS]; CYCLES] = [
@@ -204,10 +211,27 @@ pub static DESIGN: slqg::controller::Design<'static, Scalar, STATES, INPUTS, OUT
         grid: None,
     };
 
-/// A controller with room for this design.
+/// A controller of this design; it is lent a [`Memory`].
 #[rustfmt::skip]
-pub type Controller =
-    slqg::controller::Controller<'static, Scalar, STATES, INPUTS, OUTPUTS, SEQUENCE_LENGTH, HISTORY, ESTIMATES>;
+pub type Controller<'memory> = slqg::controller::Controller<'memory, Scalar, STATES, INPUTS, OUTPUTS>;
 
-/// An actuator with room for this design.
-pub type Actuator = slqg::actuator::Actuator<Scalar, INPUTS, SEQUENCE_LENGTH>;
+slqg::controller_memory! {
+    /// Memory of one controller of this design.
+    pub struct Memory: Scalar, STATES, INPUTS, OUTPUTS;
+    slqg::controller::Sizes::of(SEQUENCE_LENGTH, HISTORY, ESTIMATES)
+}
+
+/// An actuator for this design; it is lent an [`ActuatorMemory`].
+#[rustfmt::skip]
+pub type Actuator<'memory> = slqg::actuator::Actuator<'memory, Scalar, INPUTS>;
+
+/// Memory of one actuator for this design.
+#[rustfmt::skip]
+pub type ActuatorMemory =
+    [slqg::nalgebra::SVector<Scalar, INPUTS>; slqg::actuator::memory_len(SEQUENCE_LENGTH)];
+
+/// Memory of an actuator that has not begun.
+#[rustfmt::skip]
+pub const ACTUATOR_MEMORY: ActuatorMemory =
+    [slqg::nalgebra::SVector::from_array_storage(slqg::nalgebra::ArrayStorage([[0.0; INPUTS]]));
+        slqg::actuator::memory_len(SEQUENCE_LENGTH)];

@@ -12,8 +12,15 @@
 //         include!("path of this file");
 //     }
 //
-// then begin with `design::Controller::new(design::DESIGN, slqg::Tick(0))` at one end of the link and with
-// `design::Actuator::new(design::ACTUATOR, slqg::Tick(0))` at the other.
+// then begin at one end of the link with
+//
+//     let mut memory = design::Memory::new();
+//     let controller = design::Controller::new(design::DESIGN, slqg::Tick(0), memory.lend());
+//
+// and at the other with
+//
+//     let mut memory = design::ACTUATOR_MEMORY;
+//     let actuator = design::Actuator::new(design::ACTUATOR, slqg::Tick(0), &mut memory);
 
 /// States of the plant, `nx`.
 pub const STATES: usize = 2;
@@ -54,25 +61,25 @@ pub static GAINS: slqg::gains::Gains<'static, Scalar, STATES, INPUTS> =
         SEQUENCE_LENGTH,
         slqg::DefaultInput::Hold,
         slqg::gains::Tables {
-            lx: &[
+            lx: slqg::checked::Finite::<Scalar>::new(&[
                 -1.0652896, -0.5741906,
                 0.30211222, -0.019322066,
                 -0.7836972, -0.5708135,
                 0.2726426, 0.03496806,
                 -0.19972143, -0.22887959,
                 0.2411222, 0.08376228,
-            ],
-            m: &[
+            ]),
+            m: slqg::checked::Finite::<Scalar>::new(&[
                 0.25015616, 0.09533779, -0.01423784, -0.0054714438, -3.920341e-6, -2.432833e-7,
                 0.064095855, 0.024635164, -0.0021235545, -0.0008127484, -7.661019e-5, -2.906241e-5,
                 -0.48489225, -0.17983916, 0.081043705, 0.030981457, -0.0024203954, -0.0009305253,
                 8.747542e-5, -0.008230625, 0.018417997, 0.007078714, -0.0005363754, -0.00020577364,
                 -0.2389533, -0.095396355, -0.14731856, -0.055305026, 0.006534526, 0.0025034377,
                 0.056988653, 0.015366479, 0.004090414, -0.0013122356, 0.0013976331, 0.00053971686,
-            ],
-            arrival: &[
+            ]),
+            arrival: slqg::checked::Probabilities::<Scalar>::new(&[
                 0.5, 0.7, 0.4,
-            ],
+            ]),
         },
     );
 
@@ -98,7 +105,7 @@ pub static PREVIEW: slqg::tracking::Preview<'static, Scalar, INPUTS> =
         TRACKED_OUTPUTS,
         PREVIEW_SAMPLES,
         slqg::tracking::Tables {
-            sequence: &[
+            sequence: slqg::checked::Finite::<Scalar>::new(&[
                 0.1386129, -0.10520587, 0.22720346, 0.08740354, 0.16301966, 0.09114103, 0.17083912,
                 0.120135486,
                 -0.13010289, -0.110719934, -0.043879572, -0.04086047, -0.0117284125, -0.013481355,
@@ -111,8 +118,8 @@ pub static PREVIEW: slqg::tracking::Preview<'static, Scalar, INPUTS> =
                 0.23673703, 0.042891577,
                 0.0060051596, -0.007015456, 0.016718796, 0.003154879, -0.09602854, -0.084880084,
                 -0.03434482, -0.05768237,
-            ],
-            displaced: &[
+            ]),
+            displaced: slqg::checked::Finite::<Scalar>::new(&[
                 0.155, -0.215, 0.43147448, -0.026939554, 0.4998586, 0.16213566, 0.85489255,
                 0.5087473,
                 -0.025, -0.125, 0.11162087, -0.04228344, 0.16244614, 0.04197621, 0.3063419,
@@ -124,7 +131,7 @@ pub static PREVIEW: slqg::tracking::Preview<'static, Scalar, INPUTS> =
                 0.16869316,
                 0.0, 0.0, -0.0007030063, 0.0010893932, -0.00077865203, -0.03733537, 0.12717627,
                 0.045943778,
-            ],
+            ]),
         },
     );
 
@@ -143,13 +150,13 @@ pub static TRIGGER: slqg::event::Trigger<'static, Scalar, STATES, INPUTS> =
     slqg::event::Trigger::<Scalar, STATES, INPUTS>::new(
         SEQUENCE_LENGTH,
         slqg::DefaultInput::Hold,
-        SEND_COST,
+        slqg::checked::NonNegative::<Scalar>::new(SEND_COST),
         slqg::event::Tables {
-            state: &[
+            state: slqg::checked::Finite::<Scalar>::new(&[
                 3.1360679, 0.90289193, 2.231827, 0.61025596, 0.85601676, 0.2366948,
                 2.0999131, 0.7372245, 1.6419215, 0.522145, 0.6959977, 0.21086644,
-            ],
-            in_flight: &[
+            ]),
+            in_flight: slqg::checked::Finite::<Scalar>::new(&[
                 2.3759716, 0.7778887, 1.6973386, 0.555595, 0.73381263, 0.22592705,
                 0.80686325, 0.6457759, 0.22231968, 0.2890866, 0.09144582,
                 -0.29857275, -0.11433526, 0.0053341123, 0.0020801048,
@@ -162,15 +169,15 @@ pub static TRIGGER: slqg::event::Trigger<'static, Scalar, STATES, INPUTS> =
                 -0.005685052,
                 0.79876256, 0.26671013,
                 0.22822678,
-            ],
-            sequence: &[
+            ]),
+            sequence: slqg::checked::Finite::<Scalar>::new(&[
                 2.3759716, 0.7778887, 1.131559, 0.37039667, 0.4316545, 0.13289827,
                 0.80686325, 0.4305173, 0.14821312, 0.17005095, 0.053791657,
                 1.5687125, 0.5017485, 0.5253494, 0.17031878,
                 0.5738357, 0.20085147, 0.06813104,
                 0.75570095, 0.2502036,
                 0.22189231,
-            ],
+            ]),
         },
     );
 
@@ -232,10 +239,27 @@ pub static DESIGN: slqg::controller::Design<'static, Scalar, STATES, INPUTS, OUT
         grid: None,
     };
 
-/// A controller with room for this design.
+/// A controller of this design; it is lent a [`Memory`].
 #[rustfmt::skip]
-pub type Controller =
-    slqg::controller::Controller<'static, Scalar, STATES, INPUTS, OUTPUTS, SEQUENCE_LENGTH, HISTORY, ESTIMATES>;
+pub type Controller<'memory> = slqg::controller::Controller<'memory, Scalar, STATES, INPUTS, OUTPUTS>;
 
-/// An actuator with room for this design.
-pub type Actuator = slqg::actuator::Actuator<Scalar, INPUTS, SEQUENCE_LENGTH>;
+slqg::controller_memory! {
+    /// Memory of one controller of this design.
+    pub struct Memory: Scalar, STATES, INPUTS, OUTPUTS;
+    slqg::controller::Sizes::of(SEQUENCE_LENGTH, HISTORY, ESTIMATES)
+}
+
+/// An actuator for this design; it is lent an [`ActuatorMemory`].
+#[rustfmt::skip]
+pub type Actuator<'memory> = slqg::actuator::Actuator<'memory, Scalar, INPUTS>;
+
+/// Memory of one actuator for this design.
+#[rustfmt::skip]
+pub type ActuatorMemory =
+    [slqg::nalgebra::SVector<Scalar, INPUTS>; slqg::actuator::memory_len(SEQUENCE_LENGTH)];
+
+/// Memory of an actuator that has not begun.
+#[rustfmt::skip]
+pub const ACTUATOR_MEMORY: ActuatorMemory =
+    [slqg::nalgebra::SVector::from_array_storage(slqg::nalgebra::ArrayStorage([[0.0; INPUTS]]));
+        slqg::actuator::memory_len(SEQUENCE_LENGTH)];

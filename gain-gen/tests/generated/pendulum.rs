@@ -12,8 +12,15 @@
 //         include!("path of this file");
 //     }
 //
-// then begin with `design::Controller::new(design::DESIGN, slqg::Tick(0))` at one end of the link and with
-// `design::Actuator::new(design::ACTUATOR, slqg::Tick(0))` at the other.
+// then begin at one end of the link with
+//
+//     let mut memory = design::Memory::new();
+//     let controller = design::Controller::new(design::DESIGN, slqg::Tick(0), memory.lend());
+//
+// and at the other with
+//
+//     let mut memory = design::ACTUATOR_MEMORY;
+//     let actuator = design::Actuator::new(design::ACTUATOR, slqg::Tick(0), &mut memory);
 
 /// States of the plant, `nx`.
 pub const STATES: usize = 4;
@@ -54,21 +61,21 @@ pub static GAINS: slqg::gains::Gains<'static, Scalar, STATES, INPUTS> =
         SEQUENCE_LENGTH,
         slqg::DefaultInput::Zero,
         slqg::gains::Tables {
-            lx: &[
+            lx: slqg::checked::Finite::<Scalar>::new(&[
                 0.83743894, 1.8200827, -22.939947, -3.5430188,
                 0.6080944, 1.3719631, -20.30549, -3.070467,
                 0.39629284, 0.9519744, -17.579023, -2.5979326,
                 0.21403599, 0.5906969, -15.409096, -2.2190442,
-            ],
-            m: &[
+            ]),
+            m: slqg::checked::Finite::<Scalar>::new(&[
                 0.007448052, 0.000297739, 1.1148607e-5,
                 -0.056563098, 0.001599589, 6.082516e-5,
                 -0.068555154, -0.020391684, 0.000530236,
                 -0.07191702, -0.030347304, -0.011692039,
-            ],
-            arrival: &[
+            ]),
+            arrival: slqg::checked::Probabilities::<Scalar>::new(&[
                 0.4671164, 0.6455987, 0.74692935, 0.3349367, 0.5250921, 0.28592074,
-            ],
+            ]),
         },
     );
 
@@ -138,13 +145,30 @@ pub static DESIGN: slqg::controller::Design<'static, Scalar, STATES, INPUTS, OUT
         grid: None,
     };
 
-/// A controller with room for this design.
+/// A controller of this design; it is lent a [`Memory`].
 #[rustfmt::skip]
-pub type Controller =
-    slqg::controller::Controller<'static, Scalar, STATES, INPUTS, OUTPUTS, SEQUENCE_LENGTH, HISTORY, ESTIMATES>;
+pub type Controller<'memory> = slqg::controller::Controller<'memory, Scalar, STATES, INPUTS, OUTPUTS>;
 
-/// An actuator with room for this design.
-pub type Actuator = slqg::actuator::Actuator<Scalar, INPUTS, SEQUENCE_LENGTH>;
+slqg::controller_memory! {
+    /// Memory of one controller of this design.
+    pub struct Memory: Scalar, STATES, INPUTS, OUTPUTS;
+    slqg::controller::Sizes::of(SEQUENCE_LENGTH, HISTORY, ESTIMATES)
+}
+
+/// An actuator for this design; it is lent an [`ActuatorMemory`].
+#[rustfmt::skip]
+pub type Actuator<'memory> = slqg::actuator::Actuator<'memory, Scalar, INPUTS>;
+
+/// Memory of one actuator for this design.
+#[rustfmt::skip]
+pub type ActuatorMemory =
+    [slqg::nalgebra::SVector<Scalar, INPUTS>; slqg::actuator::memory_len(SEQUENCE_LENGTH)];
+
+/// Memory of an actuator that has not begun.
+#[rustfmt::skip]
+pub const ACTUATOR_MEMORY: ActuatorMemory =
+    [slqg::nalgebra::SVector::from_array_storage(slqg::nalgebra::ArrayStorage([[0.0; INPUTS]]));
+        slqg::actuator::memory_len(SEQUENCE_LENGTH)];
 
 /// What the law was computed from beside [`MODEL`]: hand it to [`Tuner`], which computes it again when the link has changed.
 ///
@@ -167,19 +191,18 @@ pub const TUNING: slqg::tuning::Basis<'static, Scalar> = slqg::tuning::Basis {
     default_input: slqg::DefaultInput::Zero,
 };
 
-/// Numbers of memory that a [`Tuner`] is given.
-pub const TUNING_MEMORY: usize = slqg::tuning::workspace_len(&TUNING.dimensions(STATES, INPUTS));
+/// Numbers of memory that a [`Tuner`] is lent.
+pub const TUNING_MEMORY: usize = slqg::tuning::tuner_len(&TUNING, STATES, INPUTS);
 
-/// Numbers of the tables of one law.
+/// Numbers of memory that a [`slqg::bank::Bank`] for laws of this design is lent.
 #[rustfmt::skip]
-pub const LAW_LEN: usize = slqg::blob::storage_len(&slqg::blob::Shape {
+pub const BANK_MEMORY: usize = slqg::bank::memory_len(&slqg::blob::Shape {
     length: SEQUENCE_LENGTH,
     states: STATES,
     inputs: INPUTS,
     default_input: slqg::DefaultInput::Zero,
 });
 
-/// A tuner with room for this design.
+/// A tuner for this design.
 #[rustfmt::skip]
-pub type Tuner<'memory> =
-    slqg::tuning::Tuner<'static, 'memory, Scalar, STATES, INPUTS, SEQUENCE_LENGTH, LAW_LEN>;
+pub type Tuner<'memory> = slqg::tuning::Tuner<'memory, Scalar, STATES, INPUTS>;

@@ -14,8 +14,15 @@
 //         include!("path of this file");
 //     }
 //
-// then begin with `design::Controller::new(design::DESIGN, slqg::Tick(0))` at one end of the link and with
-// `design::Actuator::new(design::ACTUATOR, slqg::Tick(0))` at the other.
+// then begin at one end of the link with
+//
+//     let mut memory = design::Memory::new();
+//     let controller = design::Controller::new(design::DESIGN, slqg::Tick(0), memory.lend());
+//
+// and at the other with
+//
+//     let mut memory = design::ACTUATOR_MEMORY;
+//     let actuator = design::Actuator::new(design::ACTUATOR, slqg::Tick(0), &mut memory);
 
 /// States of the plant, `nx`.
 pub const STATES: usize = 2;
@@ -56,19 +63,19 @@ pub static GAINS: slqg::gains::Gains<'static, Scalar, STATES, INPUTS> =
         SEQUENCE_LENGTH,
         slqg::DefaultInput::Zero,
         slqg::gains::Tables {
-            lx: &[
+            lx: slqg::checked::Finite::<Scalar>::new(&[
                 -0.98410475, -0.6878909,
                 -0.5332727, -0.47549897,
                 0.047134954, -0.06686824,
-            ],
-            m: &[
+            ]),
+            m: slqg::checked::Finite::<Scalar>::new(&[
                 0.14736132, -0.0048867855,
                 -0.4003162, 0.015859334,
                 -0.0715602, -0.014375209,
-            ],
-            arrival: &[
+            ]),
+            arrival: slqg::checked::Probabilities::<Scalar>::new(&[
                 0.6666667, 0.6666667, 0.0,
-            ],
+            ]),
         },
     );
 
@@ -129,13 +136,30 @@ pub static DESIGN: slqg::controller::Design<'static, Scalar, STATES, INPUTS, OUT
         grid: None,
     };
 
-/// A controller with room for this design.
+/// A controller of this design; it is lent a [`Memory`].
 #[rustfmt::skip]
-pub type Controller =
-    slqg::controller::Controller<'static, Scalar, STATES, INPUTS, OUTPUTS, SEQUENCE_LENGTH, HISTORY, ESTIMATES>;
+pub type Controller<'memory> = slqg::controller::Controller<'memory, Scalar, STATES, INPUTS, OUTPUTS>;
 
-/// An actuator with room for this design.
-pub type Actuator = slqg::actuator::Actuator<Scalar, INPUTS, SEQUENCE_LENGTH>;
+slqg::controller_memory! {
+    /// Memory of one controller of this design.
+    pub struct Memory: Scalar, STATES, INPUTS, OUTPUTS;
+    slqg::controller::Sizes::of(SEQUENCE_LENGTH, HISTORY, ESTIMATES)
+}
+
+/// An actuator for this design; it is lent an [`ActuatorMemory`].
+#[rustfmt::skip]
+pub type Actuator<'memory> = slqg::actuator::Actuator<'memory, Scalar, INPUTS>;
+
+/// Memory of one actuator for this design.
+#[rustfmt::skip]
+pub type ActuatorMemory =
+    [slqg::nalgebra::SVector<Scalar, INPUTS>; slqg::actuator::memory_len(SEQUENCE_LENGTH)];
+
+/// Memory of an actuator that has not begun.
+#[rustfmt::skip]
+pub const ACTUATOR_MEMORY: ActuatorMemory =
+    [slqg::nalgebra::SVector::from_array_storage(slqg::nalgebra::ArrayStorage([[0.0; INPUTS]]));
+        slqg::actuator::memory_len(SEQUENCE_LENGTH)];
 
 /// What the law was computed from beside [`MODEL`]: hand it to [`Tuner`], which computes it again when the link has changed.
 ///
@@ -156,19 +180,18 @@ pub const TUNING: slqg::tuning::Basis<'static, Scalar> = slqg::tuning::Basis {
     default_input: slqg::DefaultInput::Zero,
 };
 
-/// Numbers of memory that a [`Tuner`] is given.
-pub const TUNING_MEMORY: usize = slqg::tuning::workspace_len(&TUNING.dimensions(STATES, INPUTS));
+/// Numbers of memory that a [`Tuner`] is lent.
+pub const TUNING_MEMORY: usize = slqg::tuning::tuner_len(&TUNING, STATES, INPUTS);
 
-/// Numbers of the tables of one law.
+/// Numbers of memory that a [`slqg::bank::Bank`] for laws of this design is lent.
 #[rustfmt::skip]
-pub const LAW_LEN: usize = slqg::blob::storage_len(&slqg::blob::Shape {
+pub const BANK_MEMORY: usize = slqg::bank::memory_len(&slqg::blob::Shape {
     length: SEQUENCE_LENGTH,
     states: STATES,
     inputs: INPUTS,
     default_input: slqg::DefaultInput::Zero,
 });
 
-/// A tuner with room for this design.
+/// A tuner for this design.
 #[rustfmt::skip]
-pub type Tuner<'memory> =
-    slqg::tuning::Tuner<'static, 'memory, Scalar, STATES, INPUTS, SEQUENCE_LENGTH, LAW_LEN>;
+pub type Tuner<'memory> = slqg::tuning::Tuner<'memory, Scalar, STATES, INPUTS>;

@@ -8,11 +8,9 @@ use super::{
 use clap::Args;
 use gain_gen::design::Design;
 use host_sim::{
-    adaptation,
     contender::Contender,
-    losses,
     monte_carlo::{Outcome, Plan, Simulate},
-    output::{self, Pictures, Simulation},
+    output::{self, Pictures, Simulation, adaptation_table, losses_table},
 };
 use indicatif::ProgressBar;
 use std::path::{Path, PathBuf};
@@ -64,9 +62,9 @@ pub(super) fn run(options: &Options) -> Result<(), Failure> {
         false => {
             print!("{}", output::table(&simulation));
             let summaries: Vec<_> = simulation.outcomes.iter().map(|outcome| &outcome.summary).collect();
-            print!("{}", losses::table(plan, &summaries));
+            print!("{}", losses_table(plan, &summaries));
             if let Some(change) = &change {
-                print!("{}", adaptation::table(change, plan, &summaries));
+                print!("{}", adaptation_table(change, plan, &summaries));
             }
         }
     }

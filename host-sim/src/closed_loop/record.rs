@@ -2,13 +2,10 @@
 //!
 //! What becomes of frames is decided elsewhere; here it is written down.
 
-use crate::{
-    contender::Contender,
-    size_class::{LONGEST_SEQUENCE, SimScalar},
-};
+use crate::{contender::Contender, size_class::LONGEST_SEQUENCE};
 use gain_gen::design::Acknowledgement;
 use nalgebra::{SMatrix, SVector};
-use slqg::{tuning, wire};
+use slqg::{Scalar, tuning, wire};
 use slqg_links::{
     loop_bus::{LoopBus, Role},
     path::Fate,
@@ -68,7 +65,7 @@ impl CycleRecord {
 
 /// One cycle of a run, as it happens, in the size class.
 #[derive(Debug, Clone, Copy)]
-pub struct Snapshot<'s, T: SimScalar, const NX: usize, const NU: usize> {
+pub struct Snapshot<'s, T: Scalar, const NX: usize, const NU: usize> {
     /// True state.
     pub state: &'s SVector<f64, NX>,
     /// The controller's estimate of it.
@@ -95,7 +92,7 @@ pub struct Snapshot<'s, T: SimScalar, const NX: usize, const NU: usize> {
     pub arrivals: &'s [Arrival],
 }
 
-impl<T: SimScalar, const NX: usize, const NU: usize> Snapshot<'_, T, NX, NU> {
+impl<T: Scalar, const NX: usize, const NU: usize> Snapshot<'_, T, NX, NU> {
     /// To keep.
     pub fn to_record(&self) -> CycleRecord {
         let pairs = |[z, reference]: [SVector<f64, NX>; 2]| -> Vec<_> {
@@ -136,13 +133,15 @@ impl Arrivals {
         Self { taken: Vec::with_capacity(if are_noted { most } else { 0 }), are_noted }
     }
 
-    pub(super) fn note<T: SimScalar, const NU: usize, const NY: usize>(&mut self, frame: &[u8]) {
+    pub(super) fn note<T: Scalar, const NU: usize, const NY: usize>(&mut self, frame: &[u8]) {
         if !self.are_noted {
             return;
         }
         let sent = if let Ok(measurement) = wire::decode_measurement::<T, NY>(frame) {
             Some((Role::Measurement, measurement.tick))
-        } else if let Ok(sequence) = wire::decode_control::<T, NU, LONGEST_SEQUENCE>(frame) {
+        } else if let Ok(sequence) =
+            wire::decode_control::<T, NU>(frame, &mut [SVector::zeros(); LONGEST_SEQUENCE])
+        {
             Some((Role::Control, sequence.tick))
         } else {
             let told = wire::decode_acknowledgement::<T>(frame).ok();

@@ -26,10 +26,10 @@ impl Deadband {
     /// It is if (5.20) holds, or if the actuator is at risk of running dry: `sent` is `theta` cycles old, and the
     /// `N - theta - 1` inputs that are left of it after this cycle are fewer than a packet may be late. The maximum of (5.20)
     /// runs over the inputs that both sequences have, `i = 0..N-1-theta`; the thesis' `N - theta` is one too many.
-    pub fn sends<T: Scalar, const NU: usize, const N: usize>(
+    pub fn sends<T: Scalar, const NU: usize>(
         &self,
-        candidate: &ControlSequence<T, NU, N>,
-        sent: Option<&ControlSequence<T, NU, N>>,
+        candidate: &ControlSequence<'_, T, NU>,
+        sent: Option<&ControlSequence<'_, T, NU>>,
     ) -> bool {
         let Some((sent, age)) =
             sent.and_then(|sent| Some((sent, candidate.tick.age_of(sent.tick)? as usize)))
@@ -54,11 +54,9 @@ mod tests {
     use nalgebra::SVector;
     use slqg::Tick;
 
-    fn sequence(tick: u32, inputs: [f64; 4]) -> ControlSequence<f64, 1, 4> {
-        ControlSequence {
-            tick: Tick(tick),
-            inputs: inputs.iter().map(|&input| SVector::from([input])).collect(),
-        }
+    fn sequence(tick: u32, inputs: [f64; 4]) -> ControlSequence<'static, f64, 1> {
+        let inputs = inputs.map(|input| SVector::from([input]));
+        ControlSequence { tick: Tick(tick), inputs: Box::leak(Box::new(inputs)) }
     }
 
     const RULE: Deadband = Deadband { delta: 0.5, largest_delay: 1 };

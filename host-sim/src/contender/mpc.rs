@@ -32,8 +32,6 @@ pub struct Constrained {
     pub horizon: usize,
     /// `d`: cycles until the sequence is expected to be there.
     pub delay: usize,
-    /// A law that sends `vbar`: with it a copy of the controller tells what it expects.
-    pub probe: Law,
 }
 
 /// Cycles until a sequence of `length` inputs is expected to be there: by then half of the packets have arrived. At most
@@ -82,7 +80,6 @@ impl Contender {
             limits: limits.clone(),
             horizon,
             delay,
-            probe: of_expected(problem, 1.0),
         });
         Ok(())
     }

@@ -4,17 +4,14 @@
 //! the states kept, an unstable plant does not make the program ill-conditioned. The solver is Clarabel, an interior-point
 //! method; from cycle to cycle only the state that the plan starts from changes.
 
-use crate::{
-    contender::Constrained,
-    size_class::{LONGEST_SEQUENCE, SimScalar},
-};
+use crate::contender::Constrained;
 use clarabel::{
     algebra::CscMatrix,
     solver::{DefaultSettings, DefaultSolver, IPSolver, SolverStatus, SupportedConeT},
 };
 use gain_gen::solve::LoopProblem;
 use nalgebra::{DMatrix, DVector, SVector};
-use slqg::tracking::Feedforward;
+use slqg::Scalar;
 
 /// The program with its solver, and what the plan does not begin with.
 pub(super) struct Optimiser {
@@ -105,14 +102,14 @@ impl Optimiser {
         }
     }
 
-    /// The sequence, as feedforward to a law of zeros, for the estimate `posterior_mean`, with `expected` in flight; every input within the limits.
+    /// The sequence for the estimate `posterior_mean`, with `expected` in flight; every input within the limits.
     ///
     /// Where the solver finds no plan, as for a state that has grown beyond all bounds, it repeats what is in flight.
-    pub(super) fn sequence<T: SimScalar, const NX: usize, const NU: usize>(
+    pub(super) fn sequence<T: Scalar, const NX: usize, const NU: usize>(
         &mut self,
         posterior_mean: &SVector<T, NX>,
         expected: &[SVector<T, NU>],
-    ) -> Feedforward<T, NU, LONGEST_SEQUENCE> {
+    ) -> Vec<SVector<T, NU>> {
         let (states, inputs) = self.problem.b.shape();
         let expected_at = |ahead: usize| {
             let input = expected.get(ahead).copied().unwrap_or_else(SVector::zeros);
@@ -135,8 +132,7 @@ impl Optimiser {
                 T::nearest(input[row].clamp(least, greatest))
             })
         };
-        let inputs = (0..self.problem.length).map(input_at).collect();
-        Feedforward { inputs, ..Feedforward::default() }
+        (0..self.problem.length).map(input_at).collect()
     }
 
     /// The inputs from the `d`-th cycle on, one after the other, where `next` is `A x_d`.

@@ -12,10 +12,11 @@ use crate::{
         charts::{Curve, Start, against, in_units},
         columns::{aligned, figure},
     },
-    size_class::{InSizeClass, SimScalar, dispatch},
+    size_class::{InSizeClass, dispatch},
 };
 use gain_gen::design::{Design, DeviceScalar};
 use rayon::prelude::*;
+use slqg::Scalar;
 
 /// Cycles per run, as in the thesis.
 pub const STEPS: usize = 50;
@@ -44,7 +45,7 @@ struct Cumulative<'a, D> {
 impl<D: Fn() + Sync> InSizeClass for Cumulative<'_, D> {
     type Output = Vec<f64>;
 
-    fn run<T: SimScalar, const NX: usize, const NU: usize, const NY: usize>(self) -> Vec<f64> {
+    fn run<T: Scalar, const NX: usize, const NU: usize, const NY: usize>(self) -> Vec<f64> {
         let fitted = Fitted::<T, NX, NU, NY>::new(self.design, self.contender);
         let chunk = |chunk: u64| {
             let mut sums = vec![0.0; STEPS];

@@ -5,8 +5,9 @@
 
 use crate::{
     contender::{Contender, Kind},
-    monte_carlo::{Outcome, Plan, Simulate, mean, standard_error},
+    monte_carlo::{Outcome, Plan, Simulate},
     output::columns::{aligned, figure},
+    sample::{mean, standard_error},
 };
 use gain_gen::{
     design::Design,

@@ -1,21 +1,15 @@
 //! What keeps the law up with a link that changes: the core's tuner, or being told.
 
 use super::{Fitted, tables::LawTables};
-use crate::{
-    contender::Contender,
-    size_class::{LONGEST_SEQUENCE, MEMORY, SimScalar},
-};
+use crate::contender::Contender;
 use gain_gen::solve::LoopProblem;
 use nalgebra::DMatrix;
 use slqg::{
     Scalar,
     controller::{self, Controller, Law},
     gains::{Gains, InvalidGains},
-    tuning::{Basis, Event, InvalidTuner, Parameters, Tuner, workspace_len},
+    tuning::{Basis, Event, InvalidTuner, Parameters, Tuner, tuner_len},
 };
-
-/// Numbers of the largest law that a simulated controller may solve for itself.
-const LARGEST_LAW: usize = 1 << 13;
 
 /// What a self-tuning controller knows of its design, padded.
 #[derive(Debug, Clone)]
@@ -48,7 +42,7 @@ pub(super) struct LaterLaw<T> {
     pub(super) arrives_at_once: T,
 }
 
-impl<T: SimScalar> LaterLaw<T> {
+impl<T: Scalar> LaterLaw<T> {
     pub(super) fn of<const NX: usize, const NU: usize>(contender: &Contender) -> Option<Self> {
         let (change, to_come) = contender.change.as_ref().zip(contender.to_come.as_ref())?;
         Some(Self {
@@ -61,21 +55,18 @@ impl<T: SimScalar> LaterLaw<T> {
 }
 
 /// Says in each cycle of a run which law is in force, if it is not the design's.
-pub enum Following<'f, 'w, T, const NX: usize, const NU: usize> {
+pub enum Following<'f, T, const NX: usize, const NU: usize> {
     /// The design's always is.
     Nothing,
     /// This one from a cycle on.
     Told(usize, Law<'f, T, NX, NU>),
     /// What the core finds.
-    Tuned(Box<Tuner<'f, 'w, T, NX, NU, LONGEST_SEQUENCE, LARGEST_LAW>>),
+    Tuned(Box<Tuner<'f, T, NX, NU>>),
 }
 
-impl<T: SimScalar, const NX: usize, const NU: usize> Following<'_, '_, T, NX, NU> {
+impl<T: Scalar, const NX: usize, const NU: usize> Following<'_, T, NX, NU> {
     /// Takes what acknowledgements have told.
-    pub fn observe<const NY: usize, const E: usize>(
-        &mut self,
-        controller: &Controller<'_, T, NX, NU, NY, LONGEST_SEQUENCE, MEMORY, E>,
-    ) {
+    pub fn observe<const NY: usize>(&mut self, controller: &Controller<'_, T, NX, NU, NY>) {
         if let Self::Tuned(tuner) = self {
             tuner.observe(controller);
         }
@@ -99,27 +90,26 @@ impl<T: SimScalar, const NX: usize, const NU: usize> Following<'_, '_, T, NX, NU
     }
 }
 
-impl<T: SimScalar, const NX: usize, const NU: usize, const NY: usize> Fitted<T, NX, NU, NY> {
+impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize> Fitted<T, NX, NU, NY> {
     fn basis(&self) -> Option<Basis<'_, T>> {
         let TuningTables { state_cost, input_cost, survival } = self.tuning.as_ref()?;
         Some(Basis { state_cost, input_cost, survival, default_input: self.default_input })
     }
 
-    /// Memory for [`Fitted::following`].
-    pub fn tuning_memory(&self) -> Vec<T> {
-        let needed = self.basis().map_or(0, |basis| workspace_len(&basis.dimensions(NX, NU)));
-        vec![T::zero(); needed]
+    /// Numbers of memory for [`Fitted::following`].
+    pub fn tuning_memory(&self) -> usize {
+        self.basis().map_or(0, |basis| tuner_len(&basis, NX, NU))
     }
 
     /// What keeps the law of a run up with its link.
     ///
     /// # Errors
     /// If the law is larger than what is solved for in a simulation.
-    pub fn following<'f, 'w>(
+    pub fn following<'f>(
         &'f self,
         design: &controller::Design<'_, T, NX, NU, NY>,
-        memory: &'w mut [T],
-    ) -> Result<Following<'f, 'w, T, NX, NU>, InvalidTuner> {
+        memory: &'f mut [T],
+    ) -> Result<Following<'f, T, NX, NU>, InvalidTuner> {
         if let Some(basis) = self.basis() {
             let tuner = Tuner::new(design, basis, Parameters::DEFAULT, memory)?;
             return Ok(Following::Tuned(Box::new(tuner)));
@@ -130,8 +120,8 @@ impl<T: SimScalar, const NX: usize, const NU: usize, const NY: usize> Fitted<T, 
 
     fn later_law<'f>(&'f self, later: &'f LaterLaw<T>) -> Result<Law<'f, T, NX, NU>, InvalidGains> {
         let LaterLaw { law: LawTables { lx, m }, arrival, arrives_at_once, .. } = later;
-        let tables = slqg::gains::Tables { lx, m, arrival };
-        let gains: Gains<'_, T, NX, NU> = T::check_gains(self.length, self.default_input, tables)?;
+        let tables = slqg::gains::Tables::check(lx, m, arrival)?;
+        let gains = Gains::check(self.length, self.default_input, tables)?;
         Ok(Law { gains, arrives_at_once: *arrives_at_once })
     }
 
@@ -143,7 +133,7 @@ impl<T: SimScalar, const NX: usize, const NU: usize, const NY: usize> Fitted<T, 
         if let Some(later) = &self.later {
             self.later_law(later)?;
         }
-        self.following(design, &mut self.tuning_memory())?;
+        self.following(design, &mut vec![T::zero(); self.tuning_memory()])?;
         Ok(())
     }
 }

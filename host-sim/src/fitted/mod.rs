@@ -13,7 +13,7 @@ use crate::{
     objective::Objective,
     plant::TruePlant,
     recovery::Recovery,
-    size_class::{MEMORY, SimScalar},
+    size_class::MEMORY,
 };
 use ends::{actuator, grid, joining, model};
 use following::{LaterLaw, TuningTables};
@@ -24,9 +24,9 @@ use slqg::{
     actuator::Settings,
     controller::{self, Controller},
     estimator::{Merging, Model},
-    event::{self, InvalidTrigger},
+    event::{self, InvalidTrigger, Trigger},
     gains::{Gains, InvalidGains, Tables},
-    tracking::{self, Feedforward, InvalidPreview},
+    tracking::{self, Feedforward, InvalidPreview, Preview},
     tuning::InvalidTuner,
     wire::can::Grid,
 };
@@ -83,8 +83,8 @@ pub struct Fitted<T: Scalar, const NX: usize, const NU: usize, const NY: usize> 
     preview: Option<PreviewTables<T>>,
     trigger: Option<EventTables<T>>,
     deadband: Option<Deadband>,
-    /// What is solved in every cycle, and the law that tells what to expect.
-    constrained: Option<(Constrained, LawTables<T>)>,
+    /// What is solved in every cycle.
+    constrained: Option<Constrained>,
     /// What the core solves its own gains from.
     tuning: Option<TuningTables<T>>,
     /// The law that it is told in some cycle.
@@ -114,7 +114,7 @@ pub struct Fitted<T: Scalar, const NX: usize, const NU: usize, const NY: usize> 
     pub objective: Objective<NX, NU>,
 }
 
-impl<T: SimScalar, const NX: usize, const NU: usize, const NY: usize> Fitted<T, NX, NU, NY> {
+impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize> Fitted<T, NX, NU, NY> {
     /// The contender's laws, the design's plant for a model and the one it meets, padded to the class.
     pub fn new(design: &Design, contender: &Contender) -> Self {
         let inputs = design.plant.inputs();
@@ -150,10 +150,7 @@ impl<T: SimScalar, const NX: usize, const NU: usize, const NY: usize> Fitted<T, 
                 .as_ref()
                 .map(|(send_cost, tables)| event_tables::<T, NX, NU>(*send_cost, tables, first)),
             deadband: contender.deadband,
-            constrained: contender
-                .constrained
-                .as_ref()
-                .map(|problem| (problem.clone(), law_tables::<T, NX, NU>(&problem.probe))),
+            constrained: contender.constrained.clone(),
             tuning: contender.tuning.as_ref().map(|basis| TuningTables::new::<NX, NU>(&basis.problem)),
             later: LaterLaw::of::<NX, NU>(contender),
             reference: contender.reference.iter().map(vector).collect(),
@@ -196,8 +193,8 @@ impl<T: SimScalar, const NX: usize, const NU: usize, const NY: usize> Fitted<T, 
         LawTables { lx, m }: &'f LawTables<T>,
         arrival: usize,
     ) -> Result<Gains<'f, T, NX, NU>, InvalidGains> {
-        let tables = Tables { lx, m, arrival: &self.arrivals[arrival] };
-        T::check_gains(self.length, self.default_input, tables)
+        let tables = Tables::check(lx, m, &self.arrivals[arrival])?;
+        Gains::check(self.length, self.default_input, tables)
     }
 
     /// The rule that sends by the change of the inputs, if there is one.
@@ -205,13 +202,9 @@ impl<T: SimScalar, const NX: usize, const NU: usize, const NY: usize> Fitted<T, 
         self.deadband
     }
 
-    /// What is solved in every cycle, if anything is, with gains of which the sequence is `vbar`.
-    ///
-    /// # Panics
-    /// If [`Fitted::design`] refuses the tables.
-    pub fn constrained(&self) -> Option<(&Constrained, Gains<'_, T, NX, NU>)> {
-        let (problem, probe) = self.constrained.as_ref()?;
-        Some((problem, self.check_gains(probe, 0).expect("ones and zeros are gains")))
+    /// What is solved in every cycle, if anything is.
+    pub fn constrained(&self) -> Option<&Constrained> {
+        self.constrained.as_ref()
     }
 
     /// The controller's constant data.
@@ -226,14 +219,14 @@ impl<T: SimScalar, const NX: usize, const NU: usize, const NY: usize> Fitted<T, 
             self.gains(0, arrival)?;
         }
         let (length, default_input) = (self.length, self.default_input);
-        let preview = self.preview.as_ref().map(|gains| {
-            let tables = tracking::Tables { sequence: &gains.sequence, displaced: &gains.displaced };
-            T::check_preview(length, default_input, NX, gains.samples, tables)
+        let preview = self.preview.as_ref().map(|gains| -> Result<_, InvalidPreview> {
+            let tables = tracking::Tables::check(&gains.sequence, &gains.displaced)?;
+            Preview::check(length, default_input, NX, gains.samples, tables)
         });
-        let trigger = self.trigger.as_ref().map(|trigger| {
+        let trigger = self.trigger.as_ref().map(|trigger| -> Result<_, InvalidTrigger> {
             let EventTables { send_cost, state, in_flight, sequence } = trigger;
-            let tables = event::Tables { state, in_flight, sequence };
-            T::check_trigger(length, default_input, *send_cost, tables)
+            let tables = event::Tables::check(state, in_flight, sequence)?;
+            Trigger::check(length, default_input, *send_cost, tables)
         });
         let design = controller::Design {
             gains: self.gains(0, 0)?,
@@ -270,9 +263,9 @@ impl<T: SimScalar, const NX: usize, const NU: usize, const NY: usize> Fitted<T, 
     ///
     /// # Panics
     /// If [`Fitted::design`] refuses the tables.
-    pub fn prepare<'f, const N: usize, const H: usize, const E: usize>(
+    pub fn prepare<'f>(
         &'f self,
-        controller: &mut Controller<'f, T, NX, NU, NY, N, H, E>,
+        controller: &mut Controller<'f, T, NX, NU, NY>,
         cycle: usize,
         channel: impl Iterator<Item = usize>,
     ) {
@@ -292,8 +285,7 @@ impl<T: SimScalar, const NX: usize, const NU: usize, const NY: usize> Fitted<T, 
             controller.set_gains(gains).expect("laws of one length");
         }
         if let Some(inputs) = self.feedforward.get(cycle) {
-            let feedforward =
-                Feedforward { inputs: inputs.iter().copied().collect(), ..Feedforward::default() };
+            let feedforward = Feedforward { inputs, ..Feedforward::NONE };
             controller.set_feedforward(feedforward).expect("finite inputs");
         }
         if let Some(preview) = &self.preview {

@@ -4,6 +4,7 @@ use gain_gen::solve::{Law, PreviewGains, TriggerTables};
 use nalgebra::DMatrix;
 use slqg::{
     Scalar,
+    checked::NonNegative,
     event::{self, packed_index},
 };
 
@@ -25,7 +26,7 @@ pub(super) struct PreviewTables<T> {
 /// Tables of an event trigger.
 #[derive(Debug, Clone)]
 pub(super) struct EventTables<T> {
-    pub(super) send_cost: T,
+    pub(super) send_cost: NonNegative<T>,
     pub(super) state: Vec<T>,
     pub(super) in_flight: Vec<T>,
     pub(super) sequence: Vec<T>,
@@ -95,7 +96,7 @@ pub(super) fn event_tables<T: Scalar, const NX: usize, const NU: usize>(
         rest = others;
     }
     EventTables {
-        send_cost: T::nearest(send_cost),
+        send_cost: NonNegative::check(T::nearest(send_cost)).expect("a cost is not below zero"),
         state: table::<T, NX, NU>(&state, (states, inputs)),
         in_flight,
         sequence: triangle::<T, NU>(&tables.sequence, law.length, inputs),

@@ -9,16 +9,14 @@ use crate::{
     fitted::{Fitted, Unfit},
     losses::Losses,
     network::Network,
-    size_class::{InSizeClass, SimScalar, TooLarge, dispatch},
+    size_class::{InSizeClass, TooLarge, dispatch},
 };
 use gain_gen::design::Design;
-use rayon::{ThreadPool, ThreadPoolBuilder, prelude::*};
-use std::{ops::Range, sync::OnceLock};
+use rayon::prelude::*;
+use slqg::Scalar;
+use std::ops::Range;
 
-pub use summary::{Outcome, Summary, mean, quantile, standard_error, summarise, total_costs};
-
-/// Stack of a simulating thread in bytes; a controller of the largest class takes 19 MB, and is moved once or twice.
-const STACK: usize = 1 << 27;
+pub use summary::{Outcome, Summary, summarise, total_costs};
 
 /// How much to simulate.
 #[derive(Debug, Clone, Copy)]
@@ -72,17 +70,10 @@ pub struct SimulateRuns<'a> {
     pub runs: Range<u64>,
 }
 
-/// Threads with room for the largest controller: one that keeps estimates apart for every age and remembers them.
-pub(crate) fn threads() -> &'static ThreadPool {
-    static THREADS: OnceLock<ThreadPool> = OnceLock::new();
-    THREADS
-        .get_or_init(|| ThreadPoolBuilder::new().stack_size(STACK).build().expect("threads can be started"))
-}
-
 impl InSizeClass for SimulateRuns<'_> {
     type Output = Result<Vec<RunResult>, Unfit>;
 
-    fn run<T: SimScalar, const NX: usize, const NU: usize, const NY: usize>(self) -> Self::Output {
+    fn run<T: Scalar, const NX: usize, const NU: usize, const NY: usize>(self) -> Self::Output {
         let Self { design, contender, steps, seed, runs } = self;
         let fitted = Fitted::<T, NX, NU, NY>::new(design, contender);
         fitted.design()?;
@@ -107,14 +98,14 @@ impl Simulate<'_> {
 impl InSizeClass for Simulate<'_> {
     type Output = Result<Outcome, Unfit>;
 
-    fn run<T: SimScalar, const NX: usize, const NU: usize, const NY: usize>(self) -> Self::Output {
+    fn run<T: Scalar, const NX: usize, const NU: usize, const NY: usize>(self) -> Self::Output {
         let Plan { runs, steps, seed } = self.plan;
         let fitted = Fitted::<T, NX, NU, NY>::new(self.design, self.contender);
         fitted.design()?;
         let tracked = self.design.tracking.as_ref().map_or(0, |tracking| tracking.outputs());
         // Collected in the order of the runs, so that sums do not depend on the threads.
         let length = self.contender.laws[0].length;
-        let runs: Vec<(RunResult, Vec<u64>, Option<RunWindows>)> = threads().install(|| {
+        let runs: Vec<(RunResult, Vec<u64>, Option<RunWindows>)> = {
             let all = (0..runs as u64).into_par_iter().map(|run| {
                 let plan = RunPlan { steps, seed, run };
                 let mut ages = vec![0; length + 1];
@@ -131,7 +122,7 @@ impl InSizeClass for Simulate<'_> {
                 (result, ages, windows)
             });
             all.collect()
-        });
+        };
         let results: Vec<RunResult> = runs.iter().map(|(result, ..)| *result).collect();
         let windows: Vec<RunWindows> = runs.iter().filter_map(|(.., windows)| windows.clone()).collect();
         let mut first_run = Vec::with_capacity(steps);
@@ -144,7 +135,7 @@ impl InSizeClass for Simulate<'_> {
             cycle.tracked.truncate(tracked);
             first_run.push(cycle);
         };
-        let bus = threads().install(|| {
+        let bus = {
             let mut network = Network::new(self.contender, fitted.carrier(), seed, 0);
             closed_loop::run_over(
                 &fitted,
@@ -154,7 +145,7 @@ impl InSizeClass for Simulate<'_> {
                 keep,
             );
             network.into_bus()
-        });
+        };
         for (cycle, record) in first_run.iter_mut().enumerate() {
             record.learn_fates(bus.as_ref(), cycle);
         }

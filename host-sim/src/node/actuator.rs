@@ -10,8 +10,10 @@ use super::{
     event_loop::{Channel, Node, Outbox},
     statistics::{Figure, Mean, Punctuality, Section},
 };
-use crate::size_class::{LONGEST_SEQUENCE, SimScalar};
+use crate::size_class::LONGEST_SEQUENCE;
+use nalgebra::SVector;
 use slqg::{
+    Scalar, Tick,
     actuator::{Actuator, Settings},
     wire::{LONGEST_ACKNOWLEDGEMENT, decode_control, encode_acknowledgement},
 };
@@ -21,14 +23,14 @@ const INBOX: usize = 256;
 
 /// An actuator in real time.
 #[derive(Debug)]
-pub struct ActuatorNode<T: SimScalar, const NU: usize> {
-    settings: Settings<T, NU>,
+pub struct ActuatorNode<'m, T: Scalar, const NU: usize> {
     /// The design's own, without padding.
     inputs: usize,
     /// Cycles that an acknowledgement tells; none are sent if 0.
     acknowledged_cycles: usize,
     pacer: Pacer,
-    core: Option<Actuator<T, NU, LONGEST_SEQUENCE>>,
+    core: Actuator<'m, T, NU>,
+    has_begun: bool,
     /// Frames since the last cycle. The core takes none of a cycle that it has not caught up with.
     inbox: Vec<Vec<u8>>,
     punctuality: Punctuality,
@@ -39,7 +41,7 @@ pub struct ActuatorNode<T: SimScalar, const NU: usize> {
     overflowed: u64,
 }
 
-impl<T: SimScalar, const NU: usize> ActuatorNode<T, NU> {
+impl<'m, T: Scalar, const NU: usize> ActuatorNode<'m, T, NU> {
     /// A node with an empty buffer and `inputs` inputs. Its acknowledgements tell `acknowledged_cycles` cycles; of 0 it
     /// sends none.
     pub fn new(
@@ -48,13 +50,14 @@ impl<T: SimScalar, const NU: usize> ActuatorNode<T, NU> {
         acknowledged_cycles: usize,
         pacer: Pacer,
         punctuality: Punctuality,
+        memory: &'m mut [SVector<T, NU>],
     ) -> Self {
         Self {
-            settings,
             inputs,
             acknowledged_cycles,
             pacer,
-            core: None,
+            core: Actuator::new(settings, Tick(0), memory),
+            has_begun: false,
             inbox: Vec::new(),
             punctuality,
             control_frames: Arrivals::default(),
@@ -67,7 +70,11 @@ impl<T: SimScalar, const NU: usize> ActuatorNode<T, NU> {
 
     fn cycle(&mut self, cycle: u64, outbox: &mut Outbox) {
         let tick = tick_of(cycle);
-        let core = self.core.get_or_insert_with(|| Actuator::new(self.settings, tick));
+        if !self.has_begun {
+            self.core.restart(tick);
+            self.has_begun = true;
+        }
+        let core = &mut self.core;
         // Cycles that nobody woke up in: what would have been played in them is not applied any more.
         while tick.is_after(core.tick()) {
             core.step();
@@ -93,7 +100,7 @@ impl<T: SimScalar, const NU: usize> ActuatorNode<T, NU> {
     }
 }
 
-impl<T: SimScalar, const NU: usize> Node for ActuatorNode<T, NU> {
+impl<T: Scalar, const NU: usize> Node for ActuatorNode<'_, T, NU> {
     fn next(&self) -> Option<WallTime> {
         Some(self.pacer.next())
     }
@@ -105,14 +112,15 @@ impl<T: SimScalar, const NU: usize> Node for ActuatorNode<T, NU> {
             Due::Nothing => {}
             Due::Act { cycle, .. } => self.cycle(cycle, outbox),
             Due::BeginAnew { cycle, .. } => {
-                self.core = None;
+                self.has_begun = false;
                 self.cycle(cycle, outbox);
             }
         }
     }
 
     fn receive(&mut self, packet: &[u8], now: WallTime) {
-        let Ok(sequence) = decode_control::<T, NU, LONGEST_SEQUENCE>(packet) else {
+        let mut room = [SVector::<T, NU>::zeros(); LONGEST_SEQUENCE];
+        let Ok(sequence) = decode_control(packet, &mut room) else {
             self.rejected += 1;
             return;
         };

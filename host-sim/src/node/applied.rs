@@ -4,7 +4,7 @@
 //! three, so that no receiver of frames takes it for one; docs/real-time.md has the table.
 
 use crc::{CRC_32_ISCSI, Crc};
-use slqg::{Tick, actuator::Age};
+use slqg::{Age, Tick};
 
 const CHECKSUM: Crc<u32> = Crc::<u32>::new(&CRC_32_ISCSI);
 const VERSION: u8 = 1;

@@ -9,14 +9,11 @@ use super::{
     event_loop::{Channel, Node, Outbox},
     statistics::{Figure, Punctuality, Section},
 };
-use crate::{
-    fitted::Fitted,
-    size_class::{LONGEST_SEQUENCE, MEMORY, SimScalar},
-};
+use crate::{fitted::Fitted, size_class::LONGEST_SEQUENCE};
 use nalgebra::SMatrix;
 use slqg::{
-    Tick,
-    controller::{Controller, Design},
+    Scalar, Tick,
+    controller::{Controller, Design, Memory},
     estimator::Model,
     wire::{self, decode_acknowledgement, decode_measurement},
 };
@@ -26,15 +23,15 @@ const INBOX: usize = 256;
 
 /// A controller in real time.
 #[derive(Debug)]
-pub struct ControllerNode<'f, T: SimScalar, const NX: usize, const NU: usize, const NY: usize, const E: usize>
-{
+pub struct ControllerNode<'f, T: Scalar, const NX: usize, const NU: usize, const NY: usize> {
     fitted: &'f Fitted<T, NX, NU, NY>,
     /// What the core begins with, and begins anew with.
     first: Design<'f, T, NX, NU, NY>,
     again: Design<'f, T, NX, NU, NY>,
     pacer: Pacer,
-    /// None while no measurement says that there is anything to control.
-    core: Option<Box<Controller<'f, T, NX, NU, NY, LONGEST_SEQUENCE, MEMORY, E>>>,
+    core: Controller<'f, T, NX, NU, NY>,
+    /// Not while no measurement says that there is anything to control.
+    has_begun: bool,
     /// Frames since the last cycle. The core takes none of a cycle that it has not caught up with.
     inbox: Vec<Vec<u8>>,
     frame: Vec<u8>,
@@ -48,9 +45,7 @@ pub struct ControllerNode<'f, T: SimScalar, const NX: usize, const NU: usize, co
     overflowed: u64,
 }
 
-impl<'f, T: SimScalar, const NX: usize, const NU: usize, const NY: usize, const E: usize>
-    ControllerNode<'f, T, NX, NU, NY, E>
-{
+impl<'f, T: Scalar, const NX: usize, const NU: usize, const NY: usize> ControllerNode<'f, T, NX, NU, NY> {
     /// A node that waits for its first measurement. `first` is the design of `fitted`, perhaps with another model to begin
     /// with; where the node begins anew, it is `again`.
     ///
@@ -62,16 +57,17 @@ impl<'f, T: SimScalar, const NX: usize, const NU: usize, const NY: usize, const 
         again: Design<'f, T, NX, NU, NY>,
         pacer: Pacer,
         punctuality: Punctuality,
+        memory: Memory<'f, T, NX, NU, NY>,
     ) -> Result<Self, slqg::controller::InvalidDesign> {
-        for design in [first, again] {
-            Controller::<T, NX, NU, NY, LONGEST_SEQUENCE, MEMORY, E>::new(design, Tick(0)).map(drop)?;
-        }
+        let mut core = Controller::new(first, Tick(0), memory)?;
+        core.restart(again, Tick(0))?;
         Ok(Self {
             fitted,
             first,
             again,
             pacer,
-            core: None,
+            core,
+            has_begun: false,
             inbox: Vec::new(),
             frame: vec![0; wire::control_len(NU, LONGEST_SEQUENCE, T::BYTES)],
             punctuality,
@@ -86,8 +82,8 @@ impl<'f, T: SimScalar, const NX: usize, const NU: usize, const NY: usize, const 
     }
 
     /// The core, once it has begun.
-    pub fn core(&self) -> Option<&Controller<'f, T, NX, NU, NY, LONGEST_SEQUENCE, MEMORY, E>> {
-        self.core.as_deref()
+    pub fn core(&self) -> Option<&Controller<'f, T, NX, NU, NY>> {
+        Some(&self.core).filter(|_| self.has_begun)
     }
 
     /// A core whose first cycle is that of the newest measurement in the inbox that is not later than it may be.
@@ -99,16 +95,16 @@ impl<'f, T: SimScalar, const NX: usize, const NU: usize, const NY: usize, const 
         let ticks = self.inbox.iter().filter_map(measured).filter(usable);
         let Some(first) = ticks.min_by_key(|tick| now.since(*tick)) else { return };
         let design = if self.starts == 0 { self.first } else { self.again };
-        let core = Controller::new(design, first).expect("checked when the node was made");
-        let core = self.core.insert(Box::new(core));
-        self.fitted.prepare(core, 0, std::iter::empty());
+        self.core.restart(design, first).expect("checked when the node was made");
+        self.has_begun = true;
+        self.fitted.prepare(&mut self.core, 0, std::iter::empty());
         self.starts += 1;
     }
 
     /// Whether rounding has swallowed what a measurement says: the variance of an output, as the estimate has it, times the
     /// scalar's epsilon is above the measurement's noise. So it ends if an unstable plant is not heard of for long.
     fn is_lost(&self) -> bool {
-        let Some(core) = &self.core else { return false };
+        let core = &self.core;
         let model = self.first.model;
         let variance = model.c * core.estimator().posterior_covariance() * model.c.transpose();
         let known = |output: usize| {
@@ -118,14 +114,15 @@ impl<'f, T: SimScalar, const NX: usize, const NU: usize, const NY: usize, const 
     }
 
     fn cycle(&mut self, cycle: u64, outbox: &mut Outbox) {
-        if self.core.is_none() {
+        if !self.has_begun {
             self.begin(cycle);
         }
         let inbox = std::mem::take(&mut self.inbox);
-        let Some(core) = &mut self.core else {
+        if !self.has_begun {
             self.rejected += inbox.len() as u64;
             return;
-        };
+        }
+        let core = &mut self.core;
         // A measurement that the core begins with may be of an earlier cycle than the current one.
         let (own, others): (Vec<_>, Vec<_>) = inbox.iter().partition(|frame| {
             decode_measurement::<T, NY>(frame).is_ok_and(|measured| measured.tick == core.tick())
@@ -142,7 +139,7 @@ impl<'f, T: SimScalar, const NX: usize, const NU: usize, const NY: usize, const 
             self.sent += 1;
         }
         if self.is_lost() {
-            self.core = None;
+            self.has_begun = false;
             self.lost_estimates += 1;
         }
     }
@@ -151,7 +148,7 @@ impl<'f, T: SimScalar, const NX: usize, const NU: usize, const NY: usize, const 
 /// `model` for a controller that begins in the middle: the state of a loop that runs is as far from its initial mean as
 /// that is from zero, each on its own. The diagonal of `initial_covariance + process_noise + mean mean'`, times `more`, is
 /// added to the initial covariance, so that nothing is taken for certain that is not.
-pub fn uncertain<T: SimScalar, const NX: usize, const NU: usize, const NY: usize>(
+pub fn uncertain<T: Scalar, const NX: usize, const NU: usize, const NY: usize>(
     model: &Model<T, NX, NU, NY>,
     more: T,
 ) -> Model<T, NX, NU, NY> {
@@ -161,18 +158,18 @@ pub fn uncertain<T: SimScalar, const NX: usize, const NU: usize, const NY: usize
     Model { initial_covariance: model.initial_covariance + added, ..model.clone() }
 }
 
-/// Runs the cycles before `tick` that nobody woke up in. Without room for a frame the core notes that none was sent.
-fn catch_up<T: SimScalar, const NX: usize, const NU: usize, const NY: usize, const E: usize>(
-    core: &mut Controller<'_, T, NX, NU, NY, LONGEST_SEQUENCE, MEMORY, E>,
+/// Runs the cycles before `tick` that nobody woke up in.
+fn catch_up<T: Scalar, const NX: usize, const NU: usize, const NY: usize>(
+    core: &mut Controller<'_, T, NX, NU, NY>,
     tick: Tick,
 ) {
     while tick.is_after(core.tick()) {
-        let _ = core.cycle(&mut []);
+        core.commit(false);
     }
 }
 
-impl<T: SimScalar, const NX: usize, const NU: usize, const NY: usize, const E: usize> Node
-    for ControllerNode<'_, T, NX, NU, NY, E>
+impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize> Node
+    for ControllerNode<'_, T, NX, NU, NY>
 {
     fn next(&self) -> Option<WallTime> {
         Some(self.pacer.next())
@@ -185,7 +182,7 @@ impl<T: SimScalar, const NX: usize, const NU: usize, const NY: usize, const E: u
             Due::Nothing => {}
             Due::Act { cycle, .. } => self.cycle(cycle, outbox),
             Due::BeginAnew { cycle, .. } => {
-                self.core = None;
+                self.has_begun = false;
                 self.cycle(cycle, outbox);
             }
         }
@@ -213,7 +210,7 @@ impl<T: SimScalar, const NX: usize, const NU: usize, const NY: usize, const E: u
     }
 
     fn progress(&self) -> String {
-        let state = if self.core.is_some() { "controls" } else { "waits for a measurement" };
+        let state = if self.has_begun { "controls" } else { "waits for a measurement" };
         format!("cycle {}, {} missed: {state}", self.cycles(), self.punctuality.misses())
     }
 

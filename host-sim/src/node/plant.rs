@@ -12,11 +12,10 @@ use super::{
 use crate::{
     objective::Objective,
     plant::{PlantRun, TruePlant},
-    size_class::SimScalar,
 };
 use nalgebra::SVector;
 use slqg::{
-    actuator::Age,
+    Age, Scalar,
     wire::{Measurement, encode_measurement, measurement_len},
 };
 use std::{collections::BTreeMap, marker::PhantomData};
@@ -51,7 +50,7 @@ pub struct PlantNode<'p, T, const NX: usize, const NU: usize, const NY: usize> {
     scalar: PhantomData<T>,
 }
 
-impl<'p, T: SimScalar, const NX: usize, const NU: usize, const NY: usize> PlantNode<'p, T, NX, NU, NY> {
+impl<'p, T: Scalar, const NX: usize, const NU: usize, const NY: usize> PlantNode<'p, T, NX, NU, NY> {
     /// A plant that is held, its state drawn with `seed`; it has `inputs` inputs.
     pub fn new(
         plant: &'p TruePlant<NX, NU, NY>,
@@ -132,7 +131,7 @@ impl<'p, T: SimScalar, const NX: usize, const NU: usize, const NY: usize> PlantN
     }
 }
 
-impl<T: SimScalar, const NX: usize, const NU: usize, const NY: usize> Node for PlantNode<'_, T, NX, NU, NY> {
+impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize> Node for PlantNode<'_, T, NX, NU, NY> {
     fn next(&self) -> Option<WallTime> {
         Some(self.pacer.next())
     }

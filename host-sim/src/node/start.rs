@@ -16,18 +16,16 @@ use super::{
 use crate::{
     contender::Contender,
     fitted::Fitted,
+    lent::Lent,
     objective::Objective,
     plant::TruePlant,
     random::{Purpose, stream},
-    size_class::{InSizeClass, LONGEST_SEQUENCE, SimScalar},
+    size_class::InSizeClass,
 };
 use gain_gen::design::{self, Acknowledgement};
-use nalgebra::DVector;
-use slqg::{controller, estimator::Merging, wire};
-use std::{thread, time::Duration};
-
-/// Stack of the thread that runs a node, in bytes: a controller of the largest class takes 19 MB and is moved once or twice.
-const STACK: usize = 1 << 27;
+use nalgebra::{DVector, SVector};
+use slqg::{Scalar, controller, wire};
+use std::time::Duration;
 
 /// Scale of the initial covariance where a controller begins anew, at least.
 const AGAIN: f64 = 2.0;
@@ -37,13 +35,7 @@ const AGAIN: f64 = 2.0;
 /// # Errors
 /// If the design, an option or the network does not allow it to begin.
 pub fn run(options: &Options) -> Result<String, NodeError> {
-    thread::scope(|scope| {
-        let node = thread::Builder::new().name("node".into()).stack_size(STACK);
-        let node = node
-            .spawn_scoped(scope, || in_role(&options.role))
-            .map_err(|error| NodeError::Input(format!("no thread can be started: {error}")))?;
-        node.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
-    })
+    in_role(&options.role)
 }
 
 fn in_role(role: &Role) -> Result<String, NodeError> {
@@ -73,19 +65,13 @@ fn run_controller(options: &Controller) -> Result<String, NodeError> {
     }
     impl InSizeClass for Work<'_> {
         type Output = Result<String, NodeError>;
-        fn run<T: SimScalar, const NX: usize, const NU: usize, const NY: usize>(self) -> Self::Output {
+        fn run<T: Scalar, const NX: usize, const NU: usize, const NY: usize>(self) -> Self::Output {
             let fitted = Fitted::<T, NX, NU, NY>::new(&self.loaded.design, self.contender);
-            // Room for estimates only where they are kept apart.
-            match self.contender.merging {
-                Merging::Single => self.with_room::<T, NX, NU, NY, 1>(&fitted),
-                Merging::Imm | Merging::Gpb2 => {
-                    self.with_room::<T, NX, NU, NY, { LONGEST_SEQUENCE + 1 }>(&fitted)
-                }
-            }
+            self.with_room(&fitted)
         }
     }
     impl Work<'_> {
-        fn with_room<T: SimScalar, const NX: usize, const NU: usize, const NY: usize, const E: usize>(
+        fn with_room<T: Scalar, const NX: usize, const NU: usize, const NY: usize>(
             &self,
             fitted: &Fitted<T, NX, NU, NY>,
         ) -> Result<String, NodeError> {
@@ -101,7 +87,9 @@ fn run_controller(options: &Controller) -> Result<String, NodeError> {
             let again = controller::Design { model: &again, ..design };
             let design = controller::Design { model: &model, ..design };
             let (pacer, punctuality) = loaded.paced(options.phases.controller_at, &options.pace)?;
-            let mut node = ControllerNode::<T, NX, NU, NY, E>::new(fitted, design, again, pacer, punctuality)
+            let mut memory = Lent::for_ends(fitted).map_err(|error| unfit(&error))?;
+            let (memory, ..) = memory.lend();
+            let mut node = ControllerNode::new(fitted, design, again, pacer, punctuality, memory)
                 .map_err(|error| loaded.wrong(format_args!("does not fit the controller: {error:?}")))?;
             let transport = carrier::open(
                 &options.common,
@@ -128,7 +116,7 @@ fn run_actuator(options: &Actuator) -> Result<String, NodeError> {
     }
     impl InSizeClass for Work<'_> {
         type Output = Result<String, NodeError>;
-        fn run<T: SimScalar, const NX: usize, const NU: usize, const NY: usize>(self) -> Self::Output {
+        fn run<T: Scalar, const NX: usize, const NU: usize, const NY: usize>(self) -> Self::Output {
             let Self { loaded, contender, options } = self;
             let fitted = Fitted::<T, NX, NU, NY>::new(&loaded.design, contender);
             let design = fitted
@@ -141,7 +129,8 @@ fn run_actuator(options: &Actuator) -> Result<String, NodeError> {
             };
             let (pacer, punctuality) = loaded.paced(options.phases.actuator_at, &options.pace)?;
             let inputs = loaded.design.plant.inputs();
-            let mut node = ActuatorNode::<T, NU>::new(design.actuator, inputs, told, pacer, punctuality);
+            let mut memory = vec![SVector::zeros(); slqg::actuator::memory_len(design.gains.length())];
+            let mut node = ActuatorNode::new(design.actuator, inputs, told, pacer, punctuality, &mut memory);
             let transport = carrier::open(
                 &options.common,
                 &options.carrier,
@@ -166,7 +155,7 @@ fn run_plant(options: &Plant) -> Result<String, NodeError> {
     }
     impl InSizeClass for Work<'_> {
         type Output = Result<String, NodeError>;
-        fn run<T: SimScalar, const NX: usize, const NU: usize, const NY: usize>(self) -> Self::Output {
+        fn run<T: Scalar, const NX: usize, const NU: usize, const NY: usize>(self) -> Self::Output {
             let Self { loaded, options } = self;
             let design = &loaded.design;
             let set_point = design.tracking.as_ref();

@@ -3,12 +3,16 @@
 //! Nothing is simulated here. `table` is for the terminal, `report` for a browser, `charts` for its pictures, `pictures` for the
 //! options that ask for them, `columns` for how figures are spelled.
 
+mod adaptation;
 pub(crate) mod charts;
 pub mod columns;
+mod losses;
 mod pictures;
 mod report;
 mod table;
 
+pub use adaptation::adaptation_table;
+pub use losses::losses_table;
 pub use pictures::{PictureError, Pictures};
 pub use report::{Plot, Report, command_line, report};
 pub use table::table;

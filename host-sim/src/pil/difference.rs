@@ -1,7 +1,9 @@
 //! The first thing in which a board and the simulator differ.
 
-use crate::size_class::{LONGEST_SEQUENCE, SimScalar};
+use crate::size_class::LONGEST_SEQUENCE;
+use nalgebra::SVector;
 use slqg::{
+    Scalar,
     actuator::Applied,
     sequence::ControlSequence,
     wire::{self, Tuned},
@@ -22,7 +24,7 @@ pub struct Difference {
 
 impl Difference {
     /// Of two control frames of the same dimensions; `None` if they are equal, byte by byte.
-    pub(super) fn of_control<T: SimScalar, const NU: usize>(
+    pub(super) fn of_control<T: Scalar, const NU: usize>(
         cycle: usize,
         host: Option<&[u8]>,
         board: Option<&[u8]>,
@@ -35,18 +37,19 @@ impl Difference {
             let said = |frame: Option<_>| if frame.is_some() { "sent" } else { "not sent" }.to_owned();
             return differ("the control frame".to_owned(), said(host), said(board));
         };
-        let sequence =
-            |frame| -> Option<ControlSequence<T, NU, LONGEST_SEQUENCE>> { wire::decode_control(frame).ok() };
-        let (Some(host), Some(board)) = (sequence(host), sequence(board)) else {
+        let mut rooms = [[SVector::<T, NU>::zeros(); LONGEST_SEQUENCE]; 2];
+        let [of_host, of_board] = &mut rooms;
+        let sequences = (wire::decode_control(host, of_host), wire::decode_control(board, of_board));
+        let (Ok(host), Ok(board)) = sequences else {
             return differ("the control frame".to_owned(), hexadecimal(host), hexadecimal(board));
         };
         if (host.tick, host.inputs.len()) != (board.tick, board.inputs.len()) {
-            let said = |sequence: &ControlSequence<T, NU, LONGEST_SEQUENCE>| {
+            let said = |sequence: &ControlSequence<'_, T, NU>| {
                 format!("{} inputs from cycle {} on", sequence.inputs.len(), sequence.tick.0)
             };
             return differ("the sequence".to_owned(), said(&host), said(&board));
         }
-        for (step, (host, board)) in host.inputs.iter().zip(&board.inputs).enumerate() {
+        for (step, (host, board)) in host.inputs.iter().zip(board.inputs).enumerate() {
             for (input, (host, board)) in host.iter().zip(board.iter()).enumerate() {
                 if bits(*host) != bits(*board) {
                     let what = format!("input {} of entry {step} of the sequence", input + 1);
@@ -58,7 +61,7 @@ impl Difference {
     }
 
     /// Of what was applied, bit by bit.
-    pub(super) fn of_applied<T: SimScalar, const NU: usize>(
+    pub(super) fn of_applied<T: Scalar, const NU: usize>(
         cycle: usize,
         host: &Applied<T, NU>,
         board: &Applied<T, NU>,
@@ -96,11 +99,11 @@ impl Difference {
 }
 
 /// Widening is exact, and keeps the sign of zero.
-fn bits<T: SimScalar>(value: T) -> u64 {
+fn bits<T: Scalar>(value: T) -> u64 {
     value.widen().to_bits()
 }
 
-fn number<T: SimScalar>(value: T) -> String {
+fn number<T: Scalar>(value: T) -> String {
     format!("{:e} ({:#018x})", value.widen(), bits(value))
 }
 
@@ -111,13 +114,12 @@ fn hexadecimal(bytes: &[u8]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use nalgebra::SVector;
-    use slqg::{Tick, actuator::Age};
+    use slqg::{Age, Tick};
 
     fn control(last: f32) -> Vec<u8> {
-        let inputs = [0.0, 1.5, last].into_iter().map(|input| SVector::from([input])).collect();
+        let inputs = [0.0, 1.5, last].map(|input| SVector::from([input]));
         let mut buffer = [0; 64];
-        let sequence = ControlSequence::<f32, 1, 4> { tick: Tick(3), inputs };
+        let sequence = ControlSequence { tick: Tick(3), inputs: &inputs };
         wire::encode_control(&sequence, &mut buffer).unwrap().to_vec()
     }
 

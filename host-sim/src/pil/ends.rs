@@ -15,12 +15,11 @@ use super::{
 use crate::{
     ends::{CoreEnds, Ends, Played},
     fitted::Fitted,
-    size_class::SimScalar,
 };
 use nalgebra::{SMatrix, SVector};
 use slqg::{
-    Tick,
-    actuator::{Age, Applied},
+    Age, Scalar, Tick,
+    actuator::Applied,
     controller::Law,
     wire::{self, GainsAnswer, Kind, Ran, Role, Status, Tuned, Verdict},
 };
@@ -53,17 +52,10 @@ pub(super) struct Durations {
 }
 
 /// Controller and actuator on boards.
-pub(super) struct BoardEnds<
-    'f,
-    T: SimScalar,
-    const NX: usize,
-    const NU: usize,
-    const NY: usize,
-    const E: usize,
-> {
+pub(super) struct BoardEnds<'f, T: Scalar, const NX: usize, const NU: usize, const NY: usize> {
     fitted: &'f Fitted<T, NX, NU, NY>,
     boards: Boards<'f, T, NX, NU>,
-    twin: CoreEnds<'f, 'f, T, NX, NU, NY, E>,
+    twin: CoreEnds<'f, T, NX, NU, NY>,
     nodes: [Option<Remote>; 2],
     transfer: Option<Transfer<'f>>,
     cycle: usize,
@@ -77,13 +69,11 @@ pub(super) struct BoardEnds<
     pub(super) difference: Option<Difference>,
 }
 
-impl<'f, T: SimScalar, const NX: usize, const NU: usize, const NY: usize, const E: usize>
-    BoardEnds<'f, T, NX, NU, NY, E>
-{
+impl<'f, T: Scalar, const NX: usize, const NU: usize, const NY: usize> BoardEnds<'f, T, NX, NU, NY> {
     /// Starts both boards. The first cycle is 0.
     pub(super) fn start(
         fitted: &'f Fitted<T, NX, NU, NY>,
-        twin: CoreEnds<'f, 'f, T, NX, NU, NY, E>,
+        twin: CoreEnds<'f, T, NX, NU, NY>,
         boards: Boards<'f, T, NX, NU>,
     ) -> Result<Self, NodeFailure> {
         let transfer = boards.replacement.map(|(replacement, _)| Transfer::new(replacement));
@@ -171,7 +161,7 @@ impl<'f, T: SimScalar, const NX: usize, const NU: usize, const NY: usize, const 
 }
 
 /// A number as it is on the wire.
-fn bytes_of<T: SimScalar>(value: T) -> Vec<u8> {
+fn bytes_of<T: Scalar>(value: T) -> Vec<u8> {
     match T::BYTES {
         // Exact: it was widened from as many bits.
         4 => (value.widen() as f32).to_le_bytes().to_vec(),
@@ -179,8 +169,8 @@ fn bytes_of<T: SimScalar>(value: T) -> Vec<u8> {
     }
 }
 
-impl<T: SimScalar, const NX: usize, const NU: usize, const NY: usize, const E: usize> Ends<T, NX, NU>
-    for BoardEnds<'_, T, NX, NU, NY, E>
+impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize> Ends<T, NX, NU>
+    for BoardEnds<'_, T, NX, NU, NY>
 {
     type Error = NodeFailure;
 

@@ -107,7 +107,7 @@ fn opened(frame: &[u8]) -> Result<&[u8], Damaged> {
 mod tests {
     use super::*;
     use nalgebra::SVector;
-    use slqg::actuator::{Age, Applied};
+    use slqg::{Age, actuator::Applied};
     use slqg::{Tick, sequence::ControlSequence, wire, wire::Measurement};
 
     const DIMENSIONS: Dimensions = Dimensions { scalar: 4, inputs: [1, 2], outputs: [1, 2] };
@@ -124,12 +124,13 @@ mod tests {
 
     #[test]
     fn a_control_frame_is_padded_and_loses_its_padding_again() {
-        let inputs = [[1.0_f32], [2.0], [3.0]].map(SVector::from).into_iter().collect();
+        let inputs = [[1.0_f32], [2.0], [3.0]].map(SVector::from);
         let mut own = [0; 64];
-        let sequence = ControlSequence::<f32, 1, 4> { tick: Tick(9), inputs };
+        let sequence = ControlSequence { tick: Tick(9), inputs: &inputs };
         let own = wire::encode_control(&sequence, &mut own).unwrap();
         let padded = DIMENSIONS.of_controller(own).unwrap();
-        let sequence = wire::decode_control::<f32, 2, 4>(&padded).unwrap();
+        let mut room = [SVector::<f32, 2>::zeros(); 4];
+        let sequence = wire::decode_control(&padded, &mut room).unwrap();
         assert_eq!(sequence.inputs[2], SVector::from([3.0, 0.0]));
         assert_eq!(DIMENSIONS.for_actuator(&padded), own);
         let mut damaged = own.to_vec();

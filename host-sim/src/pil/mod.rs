@@ -33,14 +33,14 @@ use crate::{
     contender::Contender,
     ends::CoreEnds,
     fitted::{Fitted, Unfit},
-    monte_carlo::threads,
+    lent::Lent,
     network::Network,
-    size_class::{InSizeClass, LONGEST_SEQUENCE, SimScalar},
+    size_class::InSizeClass,
 };
 use ends::{BoardEnds, Boards};
 use frames::Dimensions;
 use gain_gen::design::Design;
-use slqg::{controller::Law, estimator::Merging};
+use slqg::{Scalar, controller::Law};
 
 pub use difference::Difference;
 pub use emulator::{Board, NoEmulator, Setup, Transport, find_emulator};
@@ -95,16 +95,13 @@ pub struct Pil<'a, P> {
 impl<P: Fn() + Sync> InSizeClass for Pil<'_, P> {
     type Output = Result<Outcome, PilError>;
 
-    fn run<T: SimScalar, const NX: usize, const NU: usize, const NY: usize>(self) -> Self::Output {
-        threads().install(|| match self.contender.merging {
-            Merging::Single => self.with::<T, NX, NU, NY, 1>(),
-            Merging::Imm | Merging::Gpb2 => self.with::<T, NX, NU, NY, { LONGEST_SEQUENCE + 1 }>(),
-        })
+    fn run<T: Scalar, const NX: usize, const NU: usize, const NY: usize>(self) -> Self::Output {
+        self.with::<T, NX, NU, NY>()
     }
 }
 
 impl<P: Fn() + Sync> Pil<'_, P> {
-    fn with<T: SimScalar, const NX: usize, const NU: usize, const NY: usize, const E: usize>(
+    fn with<T: Scalar, const NX: usize, const NU: usize, const NY: usize>(
         &self,
     ) -> Result<Outcome, PilError> {
         let Self { design, contender, plan, files, done, replacement } = self;
@@ -134,8 +131,8 @@ impl<P: Fn() + Sync> Pil<'_, P> {
             },
             tracked: design.tracking.as_ref().map_or(0, |tracking| tracking.outputs()),
         };
-        let mut memory = fitted.tuning_memory();
-        let twin = CoreEnds::<T, NX, NU, NY, E>::new(&fitted, contender, &mut memory);
+        let mut memory = Lent::for_ends(&fitted)?;
+        let twin = CoreEnds::new(&fitted, contender, &mut memory);
         let mut ends = BoardEnds::start(&fitted, twin, boards)?;
         let mut network = Network::new(contender, fitted.carrier(), plan.seed, 0);
         let mut states = Vec::with_capacity(plan.cycles);

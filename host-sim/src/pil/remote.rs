@@ -4,10 +4,9 @@ use super::{
     emulator::{Emulator, Line, Setup},
     files::Files,
 };
-use crate::size_class::SimScalar;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use slqg::{
-    Tick,
+    Scalar, Tick,
     wire::{
         self, Clock, Kind, Question, Role, Status,
         serial::{Unstuffer, stuff, stuffed_len},
@@ -88,7 +87,7 @@ pub(super) struct Remote {
 
 impl Remote {
     /// Starts the board, waits until its node says that it is there, and tells it that cycle `tick` comes next.
-    pub(super) fn start<T: SimScalar>(
+    pub(super) fn start<T: Scalar>(
         setup: &Setup,
         role: Role,
         files: &Files,
@@ -119,7 +118,7 @@ impl Remote {
         Ok(node)
     }
 
-    fn clock<T: SimScalar>(&mut self, tick: Tick, begins: bool) {
+    fn clock<T: Scalar>(&mut self, tick: Tick, begins: bool) {
         let mut buffer = [0; wire::LONGEST_SERVICE];
         let clock = wire::encode_service::<T, _>(tick, &Clock { begins, period_us: 0 }, &mut buffer);
         self.send(clock.expect("there is room"));
@@ -133,7 +132,7 @@ impl Remote {
 
     /// Tells the node that a cycle begins, for which it waits, and returns the frames that come of it: the last one is of
     /// kind `last`.
-    pub(super) fn step<T: SimScalar>(&mut self, tick: Tick, last: Kind) -> Result<Vec<Vec<u8>>, NodeFailure> {
+    pub(super) fn step<T: Scalar>(&mut self, tick: Tick, last: Kind) -> Result<Vec<Vec<u8>>, NodeFailure> {
         self.cycle = tick.0;
         self.clock::<T>(tick, true);
         let end = self.wait_for(last)?;
@@ -143,7 +142,7 @@ impl Remote {
     }
 
     /// Asks the node how it is.
-    pub(super) fn status<T: SimScalar>(&mut self) -> Result<Status, NodeFailure> {
+    pub(super) fn status<T: Scalar>(&mut self) -> Result<Status, NodeFailure> {
         let mut buffer = [0; wire::LONGEST_SERVICE];
         let question = wire::encode_service::<T, _>(Tick(0), &Question {}, &mut buffer);
         self.send(question.expect("there is room"));

@@ -1,7 +1,7 @@
 //! Gains that are replaced while the loop runs: a blob on its way to the controller node.
 
 use super::remote::Remote;
-use crate::size_class::SimScalar;
+use slqg::Scalar;
 use slqg::wire::{self, GainsAnswer, GainsPart, Verdict};
 
 /// Bytes of a blob in one frame, as many as the node takes.
@@ -73,7 +73,7 @@ impl<'r> Transfer<'r> {
     }
 
     /// Sends the next part, one a cycle, if there is one to send. Whether it is the last one.
-    pub(super) fn send<T: SimScalar>(&mut self, cycle: usize, node: &mut Remote) -> bool {
+    pub(super) fn send<T: Scalar>(&mut self, cycle: usize, node: &mut Remote) -> bool {
         let Replacement { at, blob, .. } = self.replacement;
         if cycle < *at || self.verdict.is_some() {
             return false;

@@ -4,7 +4,7 @@
 //! or dear is common to both costs and drops out of their difference.
 
 use super::row::Entry;
-use crate::monte_carlo::{mean, standard_error};
+use crate::sample::{mean, standard_error};
 use serde::Serialize;
 
 /// Half the width of a 95 % interval of a normal variable, in standard deviations.

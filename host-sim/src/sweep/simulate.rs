@@ -3,7 +3,7 @@
 use super::{experiment::Experiment, layout::Chunk, row::Entry};
 use crate::{
     contender::Contender,
-    monte_carlo::{CannotSimulate, SimulateRuns, threads, total_costs},
+    monte_carlo::{CannotSimulate, SimulateRuns, total_costs},
     size_class::dispatch,
 };
 use gain_gen::design::Design;
@@ -26,7 +26,7 @@ impl Prepared {
     /// The case cannot be simulated.
     pub fn check(&self) -> Result<(), CannotSimulate> {
         // There, stacks have room for the largest class.
-        threads().install(|| self.simulate(1, 0, 0..0)).map(drop)
+        self.simulate(1, 0, 0..0).map(drop)
     }
 
     fn simulate(
@@ -70,7 +70,7 @@ pub fn simulate<E>(
         scope.spawn(move || {
             // In the order of the file, near enough: little is lost when the process ends.
             let chunks = experiment.chunks_after(done).enumerate().par_bridge();
-            threads().install(|| chunks.try_for_each(one))
+            chunks.try_for_each(one)
         });
         let mut early = BTreeMap::new();
         let mut next = 0;

@@ -5,6 +5,7 @@ use gain_gen::design::Design;
 use host_sim::{
     contender::{Contender, Kind},
     fitted::Fitted,
+    lent::Lent,
     node::{
         actuator::ActuatorNode,
         clock::{Pacer, Timetable, WallTime},
@@ -15,9 +16,9 @@ use host_sim::{
         statistics::{Figure, Punctuality},
     },
     random::{Purpose, stream},
-    size_class::SimScalar,
 };
-use slqg::{controller, estimator::Model};
+use nalgebra::SVector;
+use slqg::{Scalar, controller, estimator::Model};
 use std::{path::PathBuf, time::Duration};
 
 /// Cycles begin here: some time in 2026.
@@ -29,14 +30,14 @@ pub(crate) fn design(name: &str) -> Design {
 }
 
 /// What the nodes of a design have in common, in its size class.
-pub(crate) struct Loop<T: SimScalar, const NX: usize, const NU: usize, const NY: usize> {
+pub(crate) struct Loop<T: Scalar, const NX: usize, const NU: usize, const NY: usize> {
     pub(crate) design: Design,
     pub(crate) fitted: Fitted<T, NX, NU, NY>,
     /// What a controller begins with that begins in the middle.
     pub(crate) uncertain: Model<T, NX, NU, NY>,
 }
 
-impl<T: SimScalar, const NX: usize, const NU: usize, const NY: usize> Loop<T, NX, NU, NY> {
+impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize> Loop<T, NX, NU, NY> {
     pub(crate) fn new(design: Design) -> Self {
         let contender = Contender::new(Kind::Slqg, &design, 0).expect("a stable loop");
         let fitted = Fitted::new(&design, &contender);
@@ -57,23 +58,24 @@ impl<T: SimScalar, const NX: usize, const NU: usize, const NY: usize> Loop<T, NX
     }
 
     /// A controller that begins with the design's initial mean; in the middle less certain of it.
-    pub(crate) fn controller(
-        &self,
-        in_the_middle: bool,
-        now: WallTime,
-    ) -> ControllerNode<'_, T, NX, NU, NY, 1> {
+    pub(crate) fn controller(&self, in_the_middle: bool, now: WallTime) -> ControllerNode<'_, T, NX, NU, NY> {
         let design = self.fitted.design().expect("a design");
         let again = controller::Design { model: &self.uncertain, ..design };
         let first = if in_the_middle { again } else { design };
         let pacer = self.pacer(0.3, now);
-        ControllerNode::new(&self.fitted, first, again, pacer, self.punctuality()).expect("it fits")
+        // Never given back: a test makes few of them.
+        let memory = Box::leak(Box::new(Lent::for_ends(&self.fitted).expect("it fits")));
+        let (memory, ..) = memory.lend();
+        ControllerNode::new(&self.fitted, first, again, pacer, self.punctuality(), memory).expect("it fits")
     }
 
-    pub(crate) fn actuator(&self, now: WallTime) -> ActuatorNode<T, NU> {
+    pub(crate) fn actuator(&self, now: WallTime) -> ActuatorNode<'static, T, NU> {
         let settings = self.fitted.design().expect("a design").actuator;
         let told = self.design.network.acknowledged_cycles;
         let inputs = self.design.plant.inputs();
-        ActuatorNode::new(settings, inputs, told, self.pacer(0.6, now), self.punctuality())
+        let length = self.design.controller.sequence_length;
+        let memory = vec![SVector::zeros(); slqg::actuator::memory_len(length)].leak();
+        ActuatorNode::new(settings, inputs, told, self.pacer(0.6, now), self.punctuality(), memory)
     }
 
     pub(crate) fn plant(&self, seed: u64, now: WallTime) -> PlantNode<'_, T, NX, NU, NY> {
@@ -98,18 +100,18 @@ impl<T: SimScalar, const NX: usize, const NU: usize, const NY: usize> Loop<T, NX
 }
 
 /// The nodes that are running. A place is empty while its node is down: packets for it are lost.
-pub(crate) struct Desk<'l, T: SimScalar, const NX: usize, const NU: usize, const NY: usize> {
+pub(crate) struct Desk<'l, T: Scalar, const NX: usize, const NU: usize, const NY: usize> {
     pub(crate) now: WallTime,
     pub(crate) plant: PlantNode<'l, T, NX, NU, NY>,
-    pub(crate) controller: Option<ControllerNode<'l, T, NX, NU, NY, 1>>,
-    pub(crate) actuator: Option<ActuatorNode<T, NU>>,
+    pub(crate) controller: Option<ControllerNode<'l, T, NX, NU, NY>>,
+    pub(crate) actuator: Option<ActuatorNode<'l, T, NU>>,
     pub(crate) relays: Option<[RelayNode; 2]>,
     /// The controller's process does not run until then; its packets wait.
     pub(crate) controller_sleeps: WallTime,
     waiting: Vec<Vec<u8>>,
 }
 
-impl<'l, T: SimScalar, const NX: usize, const NU: usize, const NY: usize> Desk<'l, T, NX, NU, NY> {
+impl<'l, T: Scalar, const NX: usize, const NU: usize, const NY: usize> Desk<'l, T, NX, NU, NY> {
     pub(crate) fn new(of: &'l Loop<T, NX, NU, NY>, seed: u64, has_relays: bool) -> Self {
         Self {
             now: BEGIN,

@@ -33,8 +33,10 @@ mod on_board {
 
     #[cortex_m_rt::entry]
     fn main() -> ! {
-        let controller = pendulum::Controller::new(pendulum::DESIGN, Tick(0));
-        let mut actuator = pendulum::Actuator::new(pendulum::ACTUATOR, Tick(0));
+        let (mut memory, mut of_actuator) = (pendulum::Memory::new(), pendulum::ACTUATOR_MEMORY);
+        let controller = pendulum::Controller::new(pendulum::DESIGN, Tick(0), memory.lend());
+        let mut actuator = pendulum::Actuator::new(pendulum::ACTUATOR, Tick(0), &mut of_actuator);
+        let mut room = [[0.0; INPUTS].into(); SEQUENCE_LENGTH];
         // A design that does not fit is found out before anything is received.
         if let Ok(mut controller) = controller {
             loop {
@@ -44,7 +46,7 @@ mod on_board {
                 let _ = black_box(black_box(&mut actuator).receive(bytes));
                 let _ = black_box(wire::decode_measurement::<Scalar, OUTPUTS>(bytes));
                 let _ = black_box(wire::decode_acknowledgement::<Scalar>(bytes));
-                let _ = black_box(wire::decode_control::<Scalar, INPUTS, SEQUENCE_LENGTH>(bytes));
+                let _ = black_box(wire::decode_control::<Scalar, INPUTS>(bytes, &mut room));
                 let _ = black_box(wire::frame_len(bytes));
             }
         }

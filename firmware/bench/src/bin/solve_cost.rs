@@ -41,10 +41,10 @@ mod count {
 
     /// Solves for the link, slice by slice, and prints a line: name, bytes of memory, then for the backward steps and for the
     /// slices of the proof their number, all their ticks, and those of the longest.
-    fn solve<const NX: usize, const NU: usize, const N: usize>(
+    fn solve<const NX: usize, const NU: usize>(
         name: &str,
         bytes: usize,
-        solver: &mut Solver<'_, '_, f32, NX, NU, N>,
+        solver: &mut Solver<'_, f32, NX, NU>,
         link: &[f32],
     ) -> bool {
         solver.begin(link);
@@ -76,12 +76,7 @@ mod count {
             let mut memory = [0.0; $good::TUNING_MEMORY];
             let bytes = size_of::<$good::Tuner<'_>>() + 4 * $good::TUNING_MEMORY;
             let most = Parameters::DEFAULT.most_steps;
-            let solver = Solver::<f32, 4, 1, { $good::SEQUENCE_LENGTH }>::new(
-                &$good::MODEL,
-                $good::TUNING,
-                most,
-                &mut memory,
-            );
+            let solver = Solver::new(&$good::MODEL, $good::TUNING, most, &mut memory);
             solver.is_ok_and(|mut solver| {
                 solve($first, bytes, &mut solver, $good::TUNING.survival)
                     && solve($then, bytes, &mut solver, $bad::TUNING.survival)

@@ -6,56 +6,70 @@
 use super::stopwatch::{Step, Stopwatch};
 use crate::scripted_link::{FRAME_CAPACITY, Frame};
 use core::hint::black_box;
-use heapless::Vec;
 use slqg::{
     Tick,
-    actuator::{Actuator, Age},
-    controller::{Design, Law},
-    estimator::{ModeFilter, Surroundings},
+    actuator::Actuator,
+    controller::{Design, Law, Memory},
+    estimator::{ModeFilter, Remembered, Surroundings},
     event::Candidate,
     in_flight::InFlight,
     nalgebra::SVector,
-    sequence::ControlSequence,
+    played::{Age, Played},
     tracking::Feedforward,
     wire,
 };
 
+/// Most inputs of a sequence.
+const LONGEST: usize = 16;
+
+/// What a controller and an actuator are lent.
+pub(super) type Memories<'m, const NX: usize, const NU: usize, const NY: usize> =
+    (Memory<'m, f32, NX, NU, NY>, &'m mut [SVector<f32, NU>]);
+
 /// What both ends are made of.
-pub(super) struct Apart<
-    'd,
-    const NX: usize,
-    const NU: usize,
-    const NY: usize,
-    const N: usize,
-    const H: usize,
-    const E: usize,
-> {
-    design: &'d Design<'static, f32, NX, NU, NY>,
+pub(super) struct Apart<'m, const NX: usize, const NU: usize, const NY: usize> {
+    design: &'m Design<'static, f32, NX, NU, NY>,
     law: Law<'static, f32, NX, NU>,
     /// What the estimator's cycle is counted as.
     estimator: Step,
     next: Tick,
-    filter: ModeFilter<f32, NX, NU, NY, N, H, E>,
-    in_flight: InFlight<f32, NU, N, H>,
-    feedforward: Feedforward<f32, NU, N>,
-    actuator: Actuator<f32, NU, N>,
+    filter: ModeFilter<'m, f32, NX, NU, NY>,
+    in_flight: InFlight<'m, f32, NU>,
+    expected: &'m mut [SVector<f32, NU>],
+    forward: &'m mut [SVector<f32, NU>],
+    displaced: &'m mut [SVector<f32, NU>],
+    room: &'m mut [SVector<f32, NU>],
+    actuator: Actuator<'m, f32, NU>,
 }
 
-impl<'d, const NX: usize, const NU: usize, const NY: usize, const N: usize, const H: usize, const E: usize>
-    Apart<'d, NX, NU, NY, N, H, E>
-{
-    pub(super) fn new(design: &'d Design<'static, f32, NX, NU, NY>, acknowledged: bool, start: Tick) -> Self {
-        Self {
+impl<'m, const NX: usize, const NU: usize, const NY: usize> Apart<'m, NX, NU, NY> {
+    /// `None` if there is less memory than the design takes.
+    pub(super) fn new(
+        design: &'m Design<'static, f32, NX, NU, NY>,
+        acknowledged: bool,
+        start: Tick,
+        (memory, of_actuator): Memories<'m, NX, NU, NY>,
+    ) -> Option<Self> {
+        let (length, sizes) = (design.gains.length(), design.sizes());
+        let Memory { cycles, estimates, ages, sent, inputs } = memory;
+        let remembered = Remembered::new(cycles, ages, estimates, length, design.merging.estimates(length))?;
+        let (inputs, rest) = inputs.split_at_mut_checked(sizes.sent * length)?;
+        let (expected, rest) = rest.split_at_mut_checked(length)?;
+        let (forward, rest) = rest.split_at_mut_checked(length)?;
+        let (displaced, room) = rest.split_at_mut_checked(length)?;
+        Some(Self {
             design,
             law: design.law(),
             estimator: if acknowledged { Step::Estimator } else { Step::ModeFilter },
             next: start,
-            filter: ModeFilter::new(design.model, design.measurement_buffer, start)
-                .remembering(design.acknowledgement_buffer),
-            in_flight: InFlight::default(),
-            feedforward: Feedforward::default(),
-            actuator: Actuator::new(design.actuator, start),
-        }
+            filter: ModeFilter::new(design.model, design.measurement_buffer, start, remembered),
+            in_flight: InFlight::new(length, start, sent, inputs),
+            expected,
+            forward,
+            displaced,
+            room,
+            actuator: Actuator::new(design.actuator, start, of_actuator),
+        })
     }
 
     /// The controller's cycle; its frame, if any is sent.
@@ -100,56 +114,75 @@ impl<'d, const NX: usize, const NU: usize, const NY: usize, const N: usize, cons
             filter.filter(around);
         });
         let modes = self.filter.modes()?;
-        let input = |age| around.input(tick - 1, age, modes.held()).unwrap_or_else(SVector::zeros);
-        match modes.known() {
-            Some(age) => {
-                let input = input(age);
-                self.in_flight.acknowledge(age, input);
-            }
+        let input = |age| around.input(tick - 1, age, &modes.held).unwrap_or_else(SVector::zeros);
+        let played = match modes.known() {
+            Some(age) => Played::Known(age, input(age)),
             None => {
-                let oldest = input(Age::Steps(N as u8 - 1));
-                self.in_flight.believe(modes.clone(), oldest);
+                let last = gains.length() - 1;
+                Played::Believed { modes, oldest: input(u8::try_from(last).map_or(Age::Empty, Age::Steps)) }
             }
-        }
+        };
 
-        let in_flight = &self.in_flight;
-        let expected =
-            watch.time(Step::ExpectedInputs, || black_box(in_flight).expected_inputs(black_box(gains)));
-        let posterior_mean = self.filter.posterior_mean();
-        let mut inputs: Vec<SVector<f32, NU>, N> = watch
-            .time(Step::Law, || black_box(gains).sequence(black_box(posterior_mean), black_box(&expected)));
-        if let Some(preview) = preview {
-            let weigh = || black_box(preview).feedforward(black_box(reference));
-            self.feedforward = watch.time(Step::Feedforward, weigh).ok()?;
-        }
-        self.feedforward.add_to(&mut inputs);
-        let worth_sending = trigger.as_ref().is_none_or(|trigger| {
-            let displaced = &self.feedforward.displaced;
-            let candidate = Candidate { posterior_mean, expected: &expected, inputs: &inputs, displaced };
-            let weigh =
-                || black_box(trigger).benefit(black_box(gains), black_box(in_flight), black_box(candidate));
-            trigger.is_worth_sending(watch.time(Step::Benefit, weigh))
+        let expected: &[_] = watch.time(Step::ExpectedInputs, || {
+            let (in_flight, gains) = (black_box(&self.in_flight), black_box(gains));
+            in_flight.fill_expected(gains, black_box(&played), black_box(self.expected))
         });
-        let sequence = ControlSequence { tick, inputs };
+        let posterior_mean = self.filter.posterior_mean();
+        let inputs = self.in_flight.candidate();
+        watch.time(Step::Law, || {
+            let (mean, expected) = (black_box(posterior_mean), black_box(expected));
+            black_box(gains).fill_sequence(mean, expected, black_box(&mut *inputs));
+        });
+        let mut added = Feedforward::NONE;
+        if let Some(preview) = preview {
+            added = watch
+                .time(Step::Feedforward, || {
+                    let (forward, displaced) =
+                        (black_box(&mut *self.forward), black_box(&mut *self.displaced));
+                    black_box(preview).fill_feedforward(black_box(reference), forward, displaced)
+                })
+                .ok()?;
+        }
+        inputs.iter_mut().zip(added.inputs).for_each(|(input, added)| *input += added);
+        let in_flight = &self.in_flight;
+        let sequence = in_flight.proposed();
+        let worth_sending = trigger.as_ref().is_none_or(|trigger| {
+            let Feedforward { displaced, .. } = added;
+            let candidate =
+                Candidate { posterior_mean, expected, inputs: sequence.inputs, displaced, played };
+            let benefit = watch.time(Step::Benefit, || {
+                let (gains, in_flight) = (black_box(gains), black_box(in_flight));
+                black_box(trigger).benefit(
+                    gains,
+                    in_flight,
+                    black_box(&candidate),
+                    black_box(&mut *self.room),
+                )
+            });
+            trigger.is_worth_sending(benefit)
+        });
         let mut buffer = [0; FRAME_CAPACITY];
         let free = &mut buffer[..];
         let frame = watch
             .time(Step::EncodeControl, || wire::encode_control(black_box(&sequence), black_box(free)))
             .ok()?;
         let frame = Frame::from_slice(frame).ok().filter(|_| worth_sending);
-        self.in_flight.push(worth_sending.then_some(sequence));
+        self.in_flight.push(worth_sending);
         frame
     }
 
     /// The actuator's cycle; the input it applies.
     pub(super) fn actuator(&mut self, watch: &mut Stopwatch, frame: Option<&[u8]>) -> SVector<f32, NU> {
         let Some(frame) = frame else { return self.actuator.step().input };
-        let decode = || wire::decode_control::<f32, NU, N>(black_box(frame));
-        let sequence = watch.time(Step::DecodeControl, decode).ok();
+        let mut coming = [SVector::<f32, NU>::zeros(); LONGEST];
+        let coming = &mut coming[..];
+        let sequence = watch
+            .time(Step::DecodeControl, || wire::decode_control(black_box(frame), black_box(coming)))
+            .ok();
         let (applied, _) = watch.time(Step::PlayOut, || {
             let actuator = black_box(&mut self.actuator);
             if let Some(sequence) = black_box(&sequence) {
-                let _ = actuator.offer(sequence.clone());
+                let _ = actuator.offer(sequence);
             }
             (actuator.step(), actuator.acknowledgement(1))
         });

@@ -66,8 +66,18 @@ macro_rules! design {
             pub(super) fn run(clock: fn() -> u32, each: &mut dyn FnMut(super::Cost)) {
                 let design = super::Design { merging: super::Merging::$merging, ..DESIGN };
                 let (reference, acknowledged) = ($reference, $acknowledged);
-                super::Loop { name: $name, design, actuator: ACTUATOR, reference, acknowledged }
-                    .count::<SEQUENCE_LENGTH, HISTORY, { $estimates }>(clock, each);
+                slqg::controller_memory! {
+                    struct Room: Scalar, STATES, INPUTS, OUTPUTS;
+                    slqg::controller::Sizes::of(SEQUENCE_LENGTH, HISTORY, $estimates)
+                }
+                let (mut whole, mut apart) = (Room::new(), Room::new());
+                let (mut of_whole, mut of_apart) = (ACTUATOR_MEMORY, ACTUATOR_MEMORY);
+                super::Loop { name: $name, design, actuator: ACTUATOR, reference, acknowledged }.count(
+                    (whole.lend(), &mut of_whole),
+                    (apart.lend(), &mut of_apart),
+                    clock,
+                    each,
+                );
             }
         }
     };

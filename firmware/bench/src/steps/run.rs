@@ -3,7 +3,7 @@
 //! Both must come to the same bytes, or what is counted is not what runs.
 
 use super::Cost;
-use super::apart::Apart;
+use super::apart::{Apart, Memories};
 use super::bounds::Dimensions;
 use super::stopwatch::{Step, Stopwatch};
 use crate::scripted_link::{FRAME_CAPACITY, Frame};
@@ -13,6 +13,7 @@ use slqg::{
     Tick,
     actuator::{Actuator, Settings},
     controller::{Controller, Design},
+    estimator::Merging,
     nalgebra::SVector,
     wire::{self, Measurement},
 };
@@ -47,18 +48,22 @@ pub(super) struct Loop<const NX: usize, const NU: usize, const NY: usize, const 
 
 impl<const NX: usize, const NU: usize, const NY: usize, const NZ: usize> Loop<NX, NU, NY, NZ> {
     /// Runs the loop, and tells what each step took.
-    pub(super) fn count<const N: usize, const H: usize, const E: usize>(
-        &self,
+    pub(super) fn count<'m>(
+        &'m self,
+        (whole, of_whole): Memories<'m, NX, NU, NY>,
+        apart: Memories<'m, NX, NU, NY>,
         clock: fn() -> u32,
         each: &mut dyn FnMut(Cost),
     ) {
         let mut watch = Stopwatch::new(clock);
         let start = Tick(0);
-        let Ok(mut controller) = Controller::<f32, NX, NU, NY, N, H, E>::new(self.design, start) else {
+        let Ok(mut controller) = Controller::new(self.design, start, whole) else {
             panic!("the generated design does not fit its controller");
         };
-        let mut actuator = Actuator::<f32, NU, N>::new(self.actuator, start);
-        let mut steps = Apart::<NX, NU, NY, N, H, E>::new(&self.design, self.acknowledged, start);
+        let mut actuator = Actuator::new(self.actuator, start, of_whole);
+        let Some(mut steps) = Apart::new(&self.design, self.acknowledged, start, apart) else {
+            panic!("there is less memory than the design takes");
+        };
         let samples = self.design.preview.map_or(0, |preview| preview.samples());
         let reference: Vec<SVector<f32, NZ>, MOST_SAMPLES> =
             (0..samples.min(MOST_SAMPLES)).map(|_| SVector::from(self.reference)).collect();
@@ -109,10 +114,11 @@ impl<const NX: usize, const NU: usize, const NY: usize, const NZ: usize> Loop<NX
             let push = SVector::from_fn(|row, _| if cycle as usize % 7 == row { 1e-3 } else { 0.0 });
             state = self.design.model.a * state + self.design.model.b * input + push;
         }
-        let dimensions = self.dimensions(N, E > 1);
+        let length = self.design.gains.length();
+        let dimensions = self.dimensions(length, self.design.merging != Merging::Single);
         for (step, time) in watch.times() {
             let multiply_adds = dimensions.multiply_adds(step);
-            each(Cost { design: self.name, length: N, step: step.name(), time, multiply_adds });
+            each(Cost { design: self.name, length, step: step.name(), time, multiply_adds });
         }
     }
 
@@ -132,8 +138,8 @@ impl<const NX: usize, const NU: usize, const NY: usize, const NZ: usize> Loop<NX
 }
 
 /// What the actuator applies, and its acknowledgement as bytes.
-fn play<'b, const NU: usize, const N: usize>(
-    actuator: &mut Actuator<f32, NU, N>,
+fn play<'b, const NU: usize>(
+    actuator: &mut Actuator<'_, f32, NU>,
     buffer: &'b mut [u8],
 ) -> Option<(SVector<f32, NU>, &'b [u8])> {
     let applied = actuator.step();

@@ -5,6 +5,7 @@ use crate::gains::InvalidGains;
 
 /// Why bytes are not the gains that were expected.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum BlobError {
     /// Fewer bytes than header and checksum take.
     TooShort,
@@ -61,6 +62,7 @@ impl core::error::Error for BlobError {}
 
 /// Why gains cannot be written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum EncodeError {
     /// A dimension is larger than the format has room for.
     TooLarge,
@@ -83,3 +85,9 @@ impl core::fmt::Display for EncodeError {
 }
 
 impl core::error::Error for EncodeError {}
+
+impl From<InvalidGains> for EncodeError {
+    fn from(reason: InvalidGains) -> Self {
+        Self::Gains(reason)
+    }
+}

@@ -27,7 +27,7 @@ pub use reception::Reception;
 
 use crate::checksum::CHECKSUM;
 use crate::gains::{Gains, Tables};
-use crate::{DefaultInput, Scalar, arrival};
+use crate::{Scalar, arrival, played::DefaultInput};
 
 /// First bytes of every blob.
 pub const MAGIC: [u8; 4] = *b"slqg";
@@ -43,6 +43,7 @@ const HOLD: u8 = 1;
 
 /// Which plant gains belong to: a checksum of its numbers, see `docs/blob-format.md`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct DesignId(pub u32);
 
 impl DesignId {
@@ -79,12 +80,12 @@ impl Shape {
         [rows.saturating_mul(self.states), rows.saturating_mul(expected), arrival::table_len(self.length)]
     }
 
-    /// The tables that `numbers` holds one after the other, at least [`storage_len`] of them.
-    pub(crate) fn tables<'s, T>(&self, numbers: &'s [T]) -> Tables<'s, T> {
+    /// The numbers of `Lx`, `M` and `r`, which `numbers` holds one after the other, at least [`storage_len`] of them.
+    pub(crate) fn split<'s, T>(&self, numbers: &'s [T]) -> [&'s [T]; 3] {
         let [lx, m, arrival] = self.table_lens();
         let (lx, rest) = numbers.split_at(lx);
         let (m, rest) = rest.split_at(m);
-        Tables { lx, m, arrival: &rest[..arrival] }
+        [lx, m, &rest[..arrival]]
     }
 }
 
@@ -182,10 +183,13 @@ pub fn load<'s, T: Scalar, const NX: usize, const NU: usize>(
     let needed = storage_len(&shape);
     let storage = storage.get_mut(..needed).ok_or(BlobError::StorageTooSmall { needed })?;
     for (value, bytes) in storage.iter_mut().zip(tables.chunks_exact(T::BYTES.into())) {
-        *value = postcard::from_bytes(bytes).map_err(|_| BlobError::Length)?;
+        (*value, _) = T::read(bytes).ok_or(BlobError::Length)?;
     }
     // The tables are as long as the bytes they were read from: nothing saturated.
-    Gains::check_any(shape.length, shape.default_input, shape.tables(storage)).map_err(BlobError::Gains)
+    let [lx, m, arrival] = shape.split(storage);
+    Tables::check(lx, m, arrival)
+        .and_then(|tables| Gains::check(shape.length, shape.default_input, tables))
+        .map_err(BlobError::Gains)
 }
 
 /// Writes gains of `design` into `buffer` and returns their bytes, [`encoded_len`] of them.
@@ -203,7 +207,6 @@ pub fn encode<'b, T: Scalar>(
     let inputs = u16::try_from(shape.inputs).map_err(|_| EncodeError::TooLarge)?;
     tables
         .check_lengths(shape.length, shape.default_input, shape.states, shape.inputs)
-        .and_then(|()| tables.check_numbers())
         .map_err(EncodeError::Gains)?;
 
     let blob = buffer.get_mut(..encoded_len(shape, T::BYTES)).ok_or(EncodeError::BufferTooSmall)?;
@@ -220,9 +223,9 @@ pub fn encode<'b, T: Scalar>(
     header[8..10].copy_from_slice(&states.to_le_bytes());
     header[10..12].copy_from_slice(&inputs.to_le_bytes());
     header[12..].copy_from_slice(&design.0.to_le_bytes());
-    let values = tables.lx.iter().chain(tables.m).chain(tables.arrival);
+    let values = [tables.lx.numbers(), tables.m.numbers(), tables.arrival.numbers()].into_iter().flatten();
     for (value, bytes) in values.zip(numbers.chunks_exact_mut(T::BYTES.into())) {
-        postcard::to_slice(value, bytes).map_err(|_| EncodeError::BufferTooSmall)?;
+        value.write(bytes).ok_or(EncodeError::BufferTooSmall)?;
     }
     *checksum = CHECKSUM.checksum(content).to_le_bytes();
     Ok(blob)

@@ -1,26 +1,12 @@
 //! One control cycle: estimate, law, and the frame out, if it is worth one.
 
-use super::{Controller, CycleError, Law, around, count};
+use super::{Controller, CycleError, Law, count};
 use crate::{
-    Scalar, Tick,
-    actuator::Age,
-    event::Candidate,
-    gains::Gains,
-    sequence::ControlSequence,
+    Scalar,
     wire::{self, EncodeError},
 };
-use nalgebra::SVector;
 
-impl<
-    T: Scalar,
-    const NX: usize,
-    const NU: usize,
-    const NY: usize,
-    const N: usize,
-    const H: usize,
-    const E: usize,
-> Controller<'_, T, NX, NU, NY, N, H, E>
-{
+impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize> Controller<'_, T, NX, NU, NY> {
     /// Runs one cycle: estimates the state, decides the sequence, and writes it as a frame into `buffer`.
     ///
     /// Returns the frame to send, [`wire::control_len`] bytes; `None` if nothing is to be sent: the sequence is not worth a
@@ -52,71 +38,17 @@ impl<
         law: &Law<'_, T, NX, NU>,
         buffer: &'b mut [u8],
     ) -> Result<Option<&'b [u8]>, EncodeError> {
-        let tick = self.filter.tick();
-        if self.filter.is_acknowledged(tick - 1) == Some(false) {
-            count(&mut self.counts.unacknowledged);
-        }
-        self.filter.filter(&around(&self.design, law, &self.in_flight));
-        self.believe(law, tick - 1);
-        let expected = self.in_flight.expected_inputs(&law.gains);
-        let mut inputs = law.gains.sequence(self.filter.posterior_mean(), &expected);
-        self.feedforward.add_to(&mut inputs);
-        if let Some(grid) = &self.design.grid {
-            // Before anything remembers them: the actuator gets no others.
-            inputs.iter_mut().for_each(|input| *input = grid.round(input));
-        }
-        let sequence = ControlSequence { tick, inputs };
-        let frame = if !sequence.is_finite() {
+        self.open(law);
+        let frame = if !self.in_flight.proposed().is_finite() {
             count(&mut self.counts.not_finite);
             Ok(None)
-        } else if !self.is_worth_sending(&law.gains, &sequence, &expected) {
+        } else if !self.is_worth_sending(law) {
             count(&mut self.counts.not_worth_sending);
             Ok(None)
         } else {
-            wire::encode_control(&sequence, buffer).map(Some)
+            wire::encode_control(&self.in_flight.proposed(), buffer).map(Some)
         };
-        self.in_flight.push(matches!(frame, Ok(Some(_))).then_some(sequence));
-
-        self.filter.advance(&around(&self.design, law, &self.in_flight));
+        self.close(law, matches!(frame, Ok(Some(_))));
         frame
-    }
-
-    /// Takes over what the estimator believes to have been played in cycle `last`, the one before the current.
-    fn believe(&mut self, law: &Law<'_, T, NX, NU>, last: Tick) {
-        let Some(modes) = self.filter.modes() else { return };
-        let around = around(&self.design, law, &self.in_flight);
-        let length = self.design.gains.length();
-        let taken = if self.rounds_age { Some(modes.rounded(length)) } else { modes.known() };
-        match taken {
-            Some(age) => {
-                // Of a sequence that is not remembered nothing can be expected.
-                let input = around.input(last, age, modes.held()).unwrap_or_else(SVector::zeros);
-                self.in_flight.acknowledge(age, input);
-            }
-            None => {
-                let oldest = u8::try_from(length - 1).map_or(Age::Empty, Age::Steps);
-                let oldest = around.input(last, oldest, modes.held()).unwrap_or_else(SVector::zeros);
-                let modes = modes.clone();
-                self.in_flight.believe(modes, oldest);
-            }
-        }
-    }
-
-    /// Without a trigger everything is.
-    fn is_worth_sending(
-        &self,
-        gains: &Gains<'_, T, NX, NU>,
-        sequence: &ControlSequence<T, NU, N>,
-        expected: &[SVector<T, NU>],
-    ) -> bool {
-        self.design.trigger.as_ref().is_none_or(|trigger| {
-            let candidate = Candidate {
-                posterior_mean: self.filter.posterior_mean(),
-                expected,
-                inputs: &sequence.inputs,
-                displaced: &self.feedforward.displaced,
-            };
-            trigger.is_worth_sending(trigger.benefit(gains, &self.in_flight, candidate))
-        })
     }
 }

@@ -2,13 +2,14 @@
 //!
 //! What it does with it is in the parent module; where it comes from, the generator's business.
 
-use super::Law;
+use super::{Law, Sizes};
 use crate::{
-    DefaultInput, Scalar,
+    Scalar,
     actuator::Settings,
     estimator::{Merging, Model},
     event::Trigger,
     gains::Gains,
+    played::DefaultInput,
     tracking::Preview,
     wire::can::Grid,
 };
@@ -42,26 +43,47 @@ pub struct Design<'a, T, const NX: usize, const NU: usize, const NY: usize> {
 
 /// Why a design does not fit a controller.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum InvalidDesign {
-    /// The gains' sequences are longer than the controller's capacity `N`, or than 255.
+    /// The gains' sequences are longer than 255 inputs.
     Capacity,
     /// Gains, preview, trigger and actuator settings do not all name the same default input.
     DefaultInput,
-    /// Measurements may be later than the controller's memory of `H` cycles reaches back.
-    MeasurementBuffer,
-    /// Acknowledgements may tell of cycles that the controller's memory of `H` cycles does not reach back to.
-    AcknowledgementBuffer,
+    /// There is less memory than this; or, where a controller is restarted, not just as much.
+    Memory(Sizes),
     /// Gains for sequences of another length than those in flight, or preview or trigger for others than the gains.
     Length,
     /// The preview does not tell what the trigger must know.
     Preview,
-    /// The estimator keeps more estimates apart than the controller's capacity `E`.
-    Estimates,
     /// The probability to arrive at once is not within 0..=1.
     NotAProbability,
     /// A step of the grid is not positive, or a value on it not finite.
     Grid,
 }
+
+impl core::fmt::Display for InvalidDesign {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            Self::Capacity => f.write_str("sequences of more than 255 inputs; a frame counts no more"),
+            Self::DefaultInput => {
+                f.write_str("gains, preview, trigger and actuator must all name the same default input")
+            }
+            Self::Memory(needed) => write!(f, "the design takes other memory than there is: {needed}"),
+            Self::Length => {
+                f.write_str("gains, preview and trigger must be for sequences of the same length")
+            }
+            Self::Preview => {
+                f.write_str("a trigger needs a preview that tells what the inputs in flight are worth")
+            }
+            Self::NotAProbability => f.write_str("the probability to arrive at once is not within 0..=1"),
+            Self::Grid => {
+                f.write_str("a step of the grid is not positive, or so large that values are not finite")
+            }
+        }
+    }
+}
+
+impl core::error::Error for InvalidDesign {}
 
 impl<'a, T: Scalar, const NX: usize, const NU: usize, const NY: usize> Design<'a, T, NX, NU, NY> {
     /// What of it belongs to the link.
@@ -69,9 +91,24 @@ impl<'a, T: Scalar, const NX: usize, const NU: usize, const NY: usize> Design<'a
         Law { gains: self.gains, arrives_at_once: self.arrives_at_once }
     }
 
-    /// Whether everything fits together, and the capacities: sequences of `length` inputs, `history` cycles, `estimates`.
-    pub(super) fn check(&self, length: usize, history: usize, estimates: usize) -> Result<(), InvalidDesign> {
-        if self.gains.length() > length || self.gains.length() > usize::from(u8::MAX) {
+    /// Cycles that the estimator has to remember, the current one included: as late as measurements and acknowledgements may
+    /// be, and the cycle before, whose input becomes known in the current one.
+    pub const fn history(&self) -> usize {
+        let (measured, told) = (self.measurement_buffer, self.acknowledgement_buffer);
+        let late = if measured > told { measured } else { told };
+        // Who remembers more than there will ever be needs more memory than there is.
+        if late > 1 { late.saturating_add(1) } else { 2 }
+    }
+
+    /// Memory that a controller of this design is lent.
+    pub fn sizes(&self) -> Sizes {
+        let length = self.gains.length();
+        Sizes::of(length, self.history(), self.merging.estimates(length))
+    }
+
+    /// Whether everything fits together.
+    pub(super) fn check(&self) -> Result<(), InvalidDesign> {
+        if self.gains.length() > usize::from(u8::MAX) {
             return Err(InvalidDesign::Capacity);
         }
         if self.gains.default_input() != self.actuator.default_input {
@@ -81,15 +118,6 @@ impl<'a, T: Scalar, const NX: usize, const NU: usize, const NY: usize> Design<'a
             self.check_law(preview.length(), preview.default_input())?;
         }
         self.check_trigger()?;
-        if self.measurement_buffer >= history {
-            return Err(InvalidDesign::MeasurementBuffer);
-        }
-        if self.acknowledgement_buffer >= history {
-            return Err(InvalidDesign::AcknowledgementBuffer);
-        }
-        if self.merging.estimates(self.gains.length()) > estimates {
-            return Err(InvalidDesign::Estimates);
-        }
         // NaN is outside.
         if !(T::zero()..=T::one()).contains(&self.arrives_at_once) {
             return Err(InvalidDesign::NotAProbability);

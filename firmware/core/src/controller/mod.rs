@@ -7,28 +7,35 @@
 //! | file | what lives there |
 //! |---|---|
 //! | `design` | what it is told at design time |
+//! | `memory` | what it is lent to remember in |
 //! | `law` | what it may be told later: another law |
+//! | `reference` | what it is to follow |
 //! | `receive` | frames in |
+//! | `proposal` | a cycle in two steps: the sequence, and whether it is sent |
 //! | `cycle` | the cycle, and its frame out |
 
 mod cycle;
 mod design;
 mod law;
+mod memory;
+mod proposal;
 mod receive;
+mod reference;
 
 use crate::{
     Scalar, Tick,
-    actuator::Age,
-    estimator::{ModeFilter, Surroundings},
+    estimator::{ModeFilter, Remembered, Surroundings},
     event::Trigger,
     gains::Gains,
     in_flight::InFlight,
-    tracking::{Feedforward, RejectedReference},
+    played::Age,
 };
 use nalgebra::SVector;
 
 pub use design::{Design, InvalidDesign};
 pub use law::{CycleError, Law};
+pub use memory::{Memory, Sizes};
+pub use proposal::{Proposal, RejectedInputs};
 pub use receive::RejectedFrame;
 
 /// What a controller counted since its start; every count saturates.
@@ -52,52 +59,142 @@ pub struct Counts {
 /// A missing acknowledgement is no information: what the actuator may have played then is as likely as the link makes it,
 /// and what the measurements make of it, until an acknowledgement decides. While the estimator remembers the cycle, a late
 /// one does: what is believed depends on which acknowledgements have come, not on their order.
-#[derive(Debug, Clone)]
-pub struct Controller<
-    'a,
-    T: Scalar,
-    const NX: usize,
-    const NU: usize,
-    const NY: usize,
-    const N: usize,
-    const H: usize,
-    const E: usize = 1,
-> {
-    design: Design<'a, T, NX, NU, NY>,
-    filter: ModeFilter<T, NX, NU, NY, N, H, E>,
-    in_flight: InFlight<T, NU, N, H>,
-    feedforward: Feedforward<T, NU, N>,
+///
+/// ```
+/// use slqg::actuator::Settings;
+/// use slqg::controller::{Controller, Design, Sizes};
+/// use slqg::estimator::{Merging, Model};
+/// use slqg::nalgebra::{Matrix2, RowVector2, Vector1, Vector2};
+/// use slqg::wire::{self, Acknowledgement, Measurement};
+/// use slqg::{Age, DefaultInput, Tick};
+/// # use slqg::checked::{Finite, Probabilities};
+/// # use slqg::gains::{Gains, Tables};
+/// # const LAW: Gains<'static, f32, 2, 1> = Gains::<f32, 2, 1>::new(
+/// #     2,
+/// #     DefaultInput::Zero,
+/// #     Tables {
+/// #         lx: Finite::<f32>::new(&[-3.0, -2.5, -2.5, -2.25]),
+/// #         m: Finite::<f32>::new(&[0.0, -0.5]),
+/// #         arrival: Probabilities::<f32>::new(&[0.5]),
+/// #     },
+/// # );
+///
+/// let model = Model {
+///     a: Matrix2::new(1.0, 0.1, 0.0, 1.0),
+///     b: Vector2::new(0.005, 0.1),
+///     c: RowVector2::new(1.0, 0.0),
+///     process_noise: Matrix2::identity() * 1e-4,
+///     measurement_noise: Vector1::new(1e-4),
+///     initial_mean: Vector2::zeros(),
+///     initial_covariance: Matrix2::identity(),
+/// };
+/// // `LAW` is as in the example of `Gains`: two inputs a sequence.
+/// let design = Design {
+///     gains: LAW,
+///     model: &model,
+///     actuator: Settings { default_input: DefaultInput::Zero, limits: None },
+///     measurement_buffer: 4,
+///     acknowledgement_buffer: 4,
+///     preview: None,
+///     trigger: None,
+///     arrives_at_once: 0.5,
+///     merging: Merging::Single,
+///     grid: None,
+/// };
+/// slqg::controller_memory!(struct Memory: f32, 2, 1, 1; Sizes::of(2, 5, 1));
+/// let mut memory = Memory::new();
+/// assert_eq!(design.sizes(), memory.lend().sizes());
+/// let mut controller = Controller::new(design, Tick(0), memory.lend()).expect("a design that fits");
+///
+/// controller.measured(&Measurement { tick: Tick(0), output: Vector1::new(1.0) }).expect("in time");
+/// let mut buffer = [0; wire::control_len(1, 2, 4)];
+/// let frame = controller.cycle(&mut buffer).expect("there is room").expect("everything is sent");
+/// assert_eq!(frame.len(), buffer.len());
+/// controller.acknowledged(&Acknowledgement::of(Tick(0), Age::Steps(0))).expect("it was sent");
+/// controller.cycle(&mut buffer).expect("there is room");
+/// assert!(controller.expected_input(Tick(0)).expect("over")[0] < 0.0, "towards zero");
+/// ```
+#[derive(Debug)]
+pub struct Controller<'m, T: Scalar, const NX: usize, const NU: usize, const NY: usize> {
+    design: Design<'m, T, NX, NU, NY>,
+    filter: ModeFilter<'m, T, NX, NU, NY>,
+    in_flight: InFlight<'m, T, NU>,
+    /// `vbar` of the current cycle, once it is proposed.
+    expected: &'m mut [SVector<T, NU>],
+    /// `Uff`; zero unless a reference is followed.
+    feedforward: &'m mut [SVector<T, NU>],
+    is_fed_forward: bool,
+    /// What is in flight is worth towards the reference, the first `displaced_len` of them.
+    displaced: &'m mut [SVector<T, NU>],
+    displaced_len: usize,
+    room: &'m mut [SVector<T, NU>],
+    is_proposed: bool,
     rounds_age: bool,
     counts: Counts,
 }
 
-impl<
-    'a,
-    T: Scalar,
-    const NX: usize,
-    const NU: usize,
-    const NY: usize,
-    const N: usize,
-    const H: usize,
-    const E: usize,
-> Controller<'a, T, NX, NU, NY, N, H, E>
-{
-    /// A controller whose first cycle is `tick`.
+impl<'m, T: Scalar, const NX: usize, const NU: usize, const NY: usize> Controller<'m, T, NX, NU, NY> {
+    /// A controller whose first cycle is `tick`. It takes [`Design::sizes`] of memory.
     ///
     /// # Errors
-    /// If the gains' sequences or the measurement buffer do not fit the capacities, or the actuator behaves unlike
-    /// the gains assume.
-    pub fn new(design: Design<'a, T, NX, NU, NY>, tick: Tick) -> Result<Self, InvalidDesign> {
-        design.check(N, H, E)?;
-        Ok(Self {
-            filter: ModeFilter::new(design.model, design.measurement_buffer, tick)
-                .remembering(design.acknowledgement_buffer),
-            in_flight: InFlight::default(),
-            feedforward: Feedforward::default(),
+    /// If the design does not fit together, or does not fit the memory.
+    pub fn new(
+        design: Design<'m, T, NX, NU, NY>,
+        tick: Tick,
+        memory: Memory<'m, T, NX, NU, NY>,
+    ) -> Result<Self, InvalidDesign> {
+        design.check()?;
+        let (length, needed) = (design.gains.length(), design.sizes());
+        if !memory.sizes().holds(&needed) {
+            return Err(InvalidDesign::Memory(needed));
+        }
+        let Memory { cycles, estimates, ages, sent, inputs } = memory;
+        let remembered = Remembered::new(
+            cycles.get_mut(..needed.cycles).unwrap_or_default(),
+            ages,
+            estimates,
+            length,
+            design.merging.estimates(length),
+        );
+        let remembered = remembered.ok_or(InvalidDesign::Memory(needed))?;
+        let (inputs, rest) = inputs.split_at_mut(needed.sent * length);
+        let (expected, rest) = rest.split_at_mut(length);
+        let (feedforward, rest) = rest.split_at_mut(length);
+        let (displaced, rest) = rest.split_at_mut(length);
+        let sent = sent.get_mut(..needed.sent).unwrap_or_default();
+        let mut controller = Self {
+            filter: ModeFilter::new(design.model, design.measurement_buffer, tick, remembered),
+            in_flight: InFlight::new(length, tick, sent, inputs),
+            expected,
+            feedforward,
+            is_fed_forward: false,
+            displaced,
+            displaced_len: 0,
+            room: rest.get_mut(..length).unwrap_or_default(),
+            is_proposed: false,
             rounds_age: false,
             counts: Counts::default(),
             design,
-        })
+        };
+        controller.forget_reference();
+        Ok(controller)
+    }
+
+    /// Begins anew with cycle `tick` and this design, as a controller that has just been made in the same memory.
+    ///
+    /// # Errors
+    /// As [`Controller::new`]; then nothing has changed.
+    pub fn restart(&mut self, design: Design<'m, T, NX, NU, NY>, tick: Tick) -> Result<(), InvalidDesign> {
+        design.check()?;
+        if design.sizes() != self.design.sizes() {
+            return Err(InvalidDesign::Memory(design.sizes()));
+        }
+        self.filter.restart(design.model, design.measurement_buffer, tick);
+        self.in_flight.restart(tick);
+        self.forget_reference();
+        (self.is_proposed, self.rounds_age, self.counts) = (false, false, Counts::default());
+        self.design = design;
+        Ok(())
     }
 
     /// Replaces the control law from the next cycle on: for time-varying gains, or gains for a link that has changed.
@@ -105,7 +202,7 @@ impl<
     ///
     /// # Errors
     /// If the gains are for sequences of another length or for another default input; the law stays as it was.
-    pub fn set_gains(&mut self, gains: Gains<'a, T, NX, NU>) -> Result<(), InvalidDesign> {
+    pub fn set_gains(&mut self, gains: Gains<'m, T, NX, NU>) -> Result<(), InvalidDesign> {
         self.design.check_law(gains.length(), gains.default_input())?;
         self.design.gains = gains;
         Ok(())
@@ -116,38 +213,10 @@ impl<
     ///
     /// # Errors
     /// If it does not fit the design; the one before stays.
-    pub fn set_trigger(&mut self, trigger: Option<Trigger<'a, T, NX, NU>>) -> Result<(), InvalidDesign> {
+    pub fn set_trigger(&mut self, trigger: Option<Trigger<'m, T, NX, NU>>) -> Result<(), InvalidDesign> {
         let design = Design { trigger, ..self.design };
         design.check_trigger()?;
         self.design = design;
-        Ok(())
-    }
-
-    /// Follows `reference`: the samples `z_{k+1}, z_{k+2}, ..`, where `k` is the cycle that [`Controller::cycle`] runs
-    /// next.
-    ///
-    /// Samples beyond the design's preview change nothing, and of fewer the last one stands for those missing: a set point
-    /// is one sample. The feedforward stays in force until the next call, so a reference that moves is handed over in
-    /// every cycle. Before the first call the reference is zero.
-    ///
-    /// # Errors
-    /// Says why the reference is not followed; the one before stays in force.
-    pub fn follow<const NZ: usize>(&mut self, reference: &[SVector<T, NZ>]) -> Result<(), RejectedReference> {
-        let preview = self.design.preview.as_ref().ok_or(RejectedReference::NoPreview)?;
-        self.feedforward = preview.feedforward(reference)?;
-        Ok(())
-    }
-
-    /// Sets the feedforward of the next cycle and those after it, where it was computed beforehand: for tasks of finite
-    /// length, cycle by cycle along with [`Controller::set_gains`]. The design needs no preview for that.
-    ///
-    /// # Errors
-    /// If it is not finite; the one before stays in force.
-    pub fn set_feedforward(&mut self, feedforward: Feedforward<T, NU, N>) -> Result<(), RejectedReference> {
-        if !feedforward.is_finite() {
-            return Err(RejectedReference::NotFinite);
-        }
-        self.feedforward = feedforward;
         Ok(())
     }
 
@@ -168,7 +237,7 @@ impl<
     }
 
     /// The estimator; after [`Controller::cycle`] its posterior is that of the cycle that ran.
-    pub fn estimator(&self) -> &ModeFilter<T, NX, NU, NY, N, H, E> {
+    pub fn estimator(&self) -> &ModeFilter<'m, T, NX, NU, NY> {
         &self.filter
     }
 
@@ -190,19 +259,11 @@ impl<
 }
 
 /// The loop as the estimator sees it.
-fn around<
-    's,
-    T: Scalar,
-    const NX: usize,
-    const NU: usize,
-    const NY: usize,
-    const N: usize,
-    const H: usize,
->(
+fn around<'s, T: Scalar, const NX: usize, const NU: usize, const NY: usize>(
     design: &'s Design<'_, T, NX, NU, NY>,
     law: &'s Law<'_, T, NX, NU>,
-    in_flight: &'s InFlight<T, NU, N, H>,
-) -> Surroundings<'s, T, NX, NU, NY, N, H> {
+    in_flight: &'s InFlight<'_, T, NU>,
+) -> Surroundings<'s, T, NX, NU, NY> {
     let Design { model, actuator, merging, .. } = design;
     let Law { gains, arrives_at_once } = law;
     Surroundings { model, in_flight, actuator, gains, arrives_at_once: *arrives_at_once, merging: *merging }

@@ -10,6 +10,7 @@ use nalgebra::SVector;
 
 /// Why a frame changed nothing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum RejectedFrame {
     /// The bytes are neither a measurement nor an acknowledgement for this controller.
     Decode(DecodeError),
@@ -19,51 +20,80 @@ pub enum RejectedFrame {
     Acknowledgement,
 }
 
-impl<
-    T: Scalar,
-    const NX: usize,
-    const NU: usize,
-    const NY: usize,
-    const N: usize,
-    const H: usize,
-    const E: usize,
-> Controller<'_, T, NX, NU, NY, N, H, E>
-{
+impl core::fmt::Display for RejectedFrame {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            Self::Decode(why) => why.fmt(f),
+            Self::Measurement(why) => why.fmt(f),
+            Self::Acknowledgement => f.write_str(
+                "an acknowledgement of a cycle that is not over or too long ago, or of a sequence that was not sent",
+            ),
+        }
+    }
+}
+
+impl core::error::Error for RejectedFrame {}
+
+impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize> Controller<'_, T, NX, NU, NY> {
     /// Takes a measurement or acknowledgement frame from the link; any number of them, in any order.
     ///
     /// # Errors
     /// Says why the frame changed nothing. It is counted; there is nothing else to do.
     pub fn receive(&mut self, frame: &[u8]) -> Result<(), RejectedFrame> {
-        let outcome = match wire::decode_measurement(frame) {
-            Ok(measurement) => self.measured(measurement),
+        match wire::decode_measurement(frame) {
+            Ok(measurement) => self.measured(&measurement),
             Err(DecodeError::Kind(_)) => match wire::decode_acknowledgement::<T>(frame) {
                 Ok(acknowledgement) => self.acknowledged(&acknowledgement),
-                Err(error) => Err(RejectedFrame::Decode(error)),
+                Err(error) => self.counted(Err(RejectedFrame::Decode(error))),
             },
-            Err(error) => Err(RejectedFrame::Decode(error)),
-        };
-        if outcome.is_err() {
-            count(&mut self.counts.rejected_frames);
+            Err(error) => self.counted(Err(RejectedFrame::Decode(error))),
         }
-        outcome
     }
 
-    fn measured(&mut self, measurement: Measurement<T, NY>) -> Result<(), RejectedFrame> {
-        self.filter.measure(measurement.tick, measurement.output).map_err(RejectedFrame::Measurement)
+    /// Takes a measurement that came some other way than as bytes.
+    ///
+    /// # Errors
+    /// Says why it changed nothing. It is counted.
+    pub fn measured(&mut self, measurement: &Measurement<T, NY>) -> Result<(), RejectedFrame> {
+        let taken = self.filter.measure(measurement.tick, measurement.output);
+        self.counted(taken.map_err(RejectedFrame::Measurement))
     }
 
-    fn acknowledged(&mut self, acknowledgement: &Acknowledgement) -> Result<(), RejectedFrame> {
+    /// Takes an acknowledgement that came some other way than as bytes.
+    ///
+    /// # Errors
+    /// Says why it changed nothing. It is counted.
+    pub fn acknowledged(&mut self, acknowledgement: &Acknowledgement) -> Result<(), RejectedFrame> {
+        let is_taken = self.take_acknowledgement(acknowledgement);
+        self.counted(if is_taken { Ok(()) } else { Err(RejectedFrame::Acknowledgement) })
+    }
+
+    fn take_acknowledgement(&mut self, acknowledgement: &Acknowledgement) -> bool {
         let told = || (0..).zip(&acknowledgement.ages).map(|(ago, age)| (acknowledgement.tick - ago, *age));
         // Only cycles that are over can be acknowledged, while the estimator remembers them.
-        let remembered = told().take_while(|(tick, _)| self.filter.is_acknowledged(*tick).is_some()).count();
-        let default_input = self.design.actuator.default_input;
-        let sent = |tick, age| self.in_flight.applied_input(default_input, tick, age, &SVector::zeros());
-        if remembered == 0 || told().take(remembered).any(|(tick, age)| sent(tick, age).is_none()) {
-            return Err(RejectedFrame::Acknowledgement);
+        let mut remembered = 0;
+        for (tick, age) in told() {
+            let Some(is_acknowledged) = self.filter.is_acknowledged(tick) else { break };
+            remembered += 1;
+            // Most of what it tells was told before, and found to be right then.
+            if is_acknowledged && self.filter.acknowledged_age(tick) == Some(age) {
+                continue;
+            }
+            let default_input = self.design.actuator.default_input;
+            if self.in_flight.applied_input(default_input, tick, age, &SVector::zeros()).is_none() {
+                return false;
+            }
         }
         for (tick, age) in told().take(remembered) {
             self.filter.acknowledge(tick, age);
         }
-        Ok(())
+        remembered > 0
+    }
+
+    fn counted(&mut self, outcome: Result<(), RejectedFrame>) -> Result<(), RejectedFrame> {
+        if outcome.is_err() {
+            count(&mut self.counts.rejected_frames);
+        }
+        outcome
     }
 }

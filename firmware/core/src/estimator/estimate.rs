@@ -14,6 +14,12 @@ pub struct Estimate<T: Scalar, const NX: usize> {
 }
 
 impl<T: Scalar, const NX: usize> Estimate<T, NX> {
+    /// What memory for an estimate holds before there is one.
+    pub const EMPTY: Self = Self {
+        mean: SVector::from_array_storage(nalgebra::ArrayStorage([[T::ZERO; NX]])),
+        covariance: SMatrix::from_array_storage(nalgebra::ArrayStorage([[T::ZERO; NX]; NX])),
+    };
+
     /// What is known before the first measurement.
     pub fn initial<const NU: usize, const NY: usize>(model: &Model<T, NX, NU, NY>) -> Self {
         Self { mean: model.initial_mean, covariance: model.initial_covariance }

@@ -8,22 +8,22 @@
 //! |---|---|
 //! | `model` | the plant's constants |
 //! | `estimate` | one Gaussian estimate: prediction, update, merging |
-//! | `modes` | probabilities of the ages in one cycle |
+//! | `memory` | what is remembered of each cycle, in memory that is lent |
 //! | `surroundings` | the loop around: how ages move from cycle to cycle, and which inputs they mean |
 //! | `step` | one cycle of the filter: hypotheses apart, measured, merged |
 //! | `mode_filter` | the memory: what is late is put where it belongs, and filtered again |
 
 mod estimate;
+mod memory;
 mod mode_filter;
 mod model;
-mod modes;
 mod step;
 mod surroundings;
 
 pub use estimate::Estimate;
+pub use memory::{Cycle, Remembered, estimates_len};
 pub use mode_filter::{ModeFilter, RejectedMeasurement};
 pub use model::{MOST_STATES, Model};
-pub use modes::Modes;
 pub use surroundings::Surroundings;
 
 /// Which hypotheses about the ages an estimator keeps apart while no acknowledgement decides between them. THEORY 8.

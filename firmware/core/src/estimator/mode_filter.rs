@@ -4,14 +4,16 @@
 //! (thesis 3.6.2, THEORY 8). The estimate is the one that would have come out had all that is known been known at
 //! once: the order of arrival within the memory does not matter, to the bit. What happens in one cycle is in `step`.
 
-use super::step::Belief;
-use super::{Estimate, MOST_STATES, Model, Modes, Surroundings};
-use crate::{Scalar, Tick, actuator::Age};
-use heapless::Deque;
+use super::{Cycle, Estimate, MOST_STATES, Model, Remembered, Surroundings};
+use crate::{
+    Scalar, Tick,
+    played::{Age, Modes},
+};
 use nalgebra::{SMatrix, SVector};
 
 /// Why a measurement did not enter the filter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum RejectedMeasurement {
     /// Older than the filter remembers.
     TooOld,
@@ -23,85 +25,139 @@ pub enum RejectedMeasurement {
     NotFinite,
 }
 
-/// One remembered cycle.
-#[derive(Debug, Clone)]
-struct Cycle<T: Scalar, const NX: usize, const NU: usize, const NY: usize, const N: usize, const E: usize> {
-    measured: Option<SVector<T, NY>>,
-    /// The age played in this cycle, if it was acknowledged.
-    known: Option<Age>,
-    /// Given all measurements up to this cycle's; `None` before it is filtered for the first time.
-    belief: Option<Belief<T, NX, NU, N, E>>,
+impl core::fmt::Display for RejectedMeasurement {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(match self {
+            Self::TooOld => "a measurement older than the measurement buffer",
+            Self::Future => {
+                "a measurement of a cycle that has not begun: the clocks of the two ends disagree"
+            }
+            Self::Duplicate => "another measurement of a cycle that has one",
+            Self::NotFinite => "a measurement with a number that is not finite",
+        })
+    }
 }
+
+impl core::error::Error for RejectedMeasurement {}
 
 /// State and ages given everything that has arrived.
 ///
-/// `H` is the capacity of the memory in cycles, the current one included; how late a measurement may be is data. `E` is
-/// the number of estimates that are kept apart at once, [`super::Merging::estimates`] of them. What was applied in a
-/// cycle is known only after it, so the filter runs as lazily as it can: where every age is acknowledged in time, a cycle
+/// How many cycles it remembers is told by the memory that it is lent; how late a measurement may be is data. What was applied
+/// in a cycle is known only after it, so the filter runs as lazily as it can: where every age is acknowledged in time, a cycle
 /// costs one prediction and one update.
-#[derive(Debug, Clone)]
-pub struct ModeFilter<
-    T: Scalar,
-    const NX: usize,
-    const NU: usize,
-    const NY: usize,
-    const N: usize,
-    const H: usize,
-    const E: usize = 1,
-> {
+///
+/// ```
+/// use slqg::actuator::Settings;
+/// use slqg::estimator::{Cycle, Estimate, Merging, ModeFilter, Model, Remembered, Surroundings};
+/// use slqg::in_flight::InFlight;
+/// use slqg::nalgebra::{Matrix2, RowVector2, Vector1, Vector2};
+/// use slqg::{DefaultInput, Tick};
+/// # use slqg::checked::{Finite, Probabilities};
+/// # use slqg::gains::{Gains, Tables};
+/// # const LAW: Gains<'static, f32, 2, 1> = Gains::<f32, 2, 1>::new(
+/// #     2,
+/// #     DefaultInput::Zero,
+/// #     Tables {
+/// #         lx: Finite::<f32>::new(&[-3.0, -2.5, -2.5, -2.25]),
+/// #         m: Finite::<f32>::new(&[0.0, -0.5]),
+/// #         arrival: Probabilities::<f32>::new(&[0.5]),
+/// #     },
+/// # );
+///
+/// let model = Model {
+///     a: Matrix2::new(1.0, 0.1, 0.0, 1.0),
+///     b: Vector2::new(0.005, 0.1),
+///     c: RowVector2::new(1.0, 0.0),
+///     process_noise: Matrix2::identity() * 1e-4,
+///     measurement_noise: Vector1::new(1e-4),
+///     initial_mean: Vector2::zeros(),
+///     initial_covariance: Matrix2::identity(),
+/// };
+/// // It remembers three cycles, and a measurement may be two late. `LAW` is as in the example of `Gains`.
+/// let (mut cycles, mut ages, mut estimates) = ([Cycle::EMPTY; 4], [0.0; 4 * 3], [Estimate::EMPTY; 4]);
+/// let remembered = Remembered::new(&mut cycles, &mut ages, &mut estimates, 2, 1).expect("memory enough");
+/// let mut filter = ModeFilter::new(&model, 2, Tick(0), remembered);
+///
+/// let (mut sent, mut inputs) = ([false; 6], [Vector1::zeros(); 12]);
+/// let mut in_flight = InFlight::new(2, Tick(0), &mut sent, &mut inputs);
+/// let actuator = Settings { default_input: DefaultInput::Zero, limits: None };
+/// for _ in 0..2 {
+///     in_flight.push(false);
+///     let around = Surroundings {
+///         model: &model,
+///         in_flight: &in_flight,
+///         actuator: &actuator,
+///         gains: &LAW,
+///         arrives_at_once: 0.5,
+///         merging: Merging::Single,
+///     };
+///     filter.advance(&around);
+///     // That of cycle 0 is late: it counts once the filter runs again.
+///     if filter.tick() == Tick(1) {
+///         filter.measure(Tick(0), Vector1::new(3.0)).expect("not too old");
+///     }
+///     filter.filter(&around);
+/// }
+/// assert!((filter.posterior_mean()[0] - 3.0).abs() < 0.01);
+/// ```
+#[derive(Debug)]
+pub struct ModeFilter<'m, T: Scalar, const NX: usize, const NU: usize, const NY: usize> {
     /// The current cycle, the last one in memory.
     tick: Tick,
     /// Most cycles a measurement may be late, `N^B`.
     measurement_buffer: usize,
-    /// Cycles remembered beside the current one, at most `H - 1`.
-    remembered: usize,
-    /// The cycle before the oldest in memory; `None` if that is the first of all.
-    before: Option<Cycle<T, NX, NU, NY, N, E>>,
-    /// Oldest first, the current cycle last. Never empty.
-    memory: Deque<Cycle<T, NX, NU, NY, N, E>, H>,
+    /// A ring: the cycles in memory, oldest first and the current one last, and before them one that is not in memory any more.
+    remembered: Remembered<'m, T, NX, NU, NY>,
+    /// Place of the oldest in memory.
+    oldest: usize,
+    /// Cycles in memory, at least one, at most one less than there are places.
+    count: usize,
+    /// Whether there was a cycle before the oldest in memory.
+    has_before: bool,
     /// Position of the first cycle that must be filtered, if any.
     changed: Option<usize>,
-    posterior: Estimate<T, NX>,
+    /// Place of the cycle that was filtered last, if one estimate stands for all ages there; else they are merged.
+    posterior: Option<usize>,
 }
 
-impl<
-    T: Scalar,
-    const NX: usize,
-    const NU: usize,
-    const NY: usize,
-    const N: usize,
-    const H: usize,
-    const E: usize,
-> ModeFilter<T, NX, NU, NY, N, H, E>
-{
+impl<'m, T: Scalar, const NX: usize, const NU: usize, const NY: usize> ModeFilter<'m, T, NX, NU, NY> {
     /// A filter whose first cycle is `tick` and which takes measurements up to `measurement_buffer` cycles
-    /// late (`N^B`, thesis 3.34), at most `H - 1`.
+    /// late (`N^B`, thesis 3.34), at most as many as it remembers.
     ///
-    /// Does not compile for `H < 2`: the last cycle's input becomes known in the current one; nor for `E = 0`, nor for more
-    /// than [`MOST_STATES`] states.
-    pub fn new(model: &Model<T, NX, NU, NY>, measurement_buffer: usize, tick: Tick) -> Self {
-        const { assert!(H >= 2, "the filter must remember the current cycle and the one before") };
-        const { assert!(E >= 1, "the filter must keep an estimate") };
+    /// Does not compile for more than [`MOST_STATES`] states.
+    pub fn new(
+        model: &Model<T, NX, NU, NY>,
+        measurement_buffer: usize,
+        tick: Tick,
+        remembered: Remembered<'m, T, NX, NU, NY>,
+    ) -> Self {
         const { assert!(NX <= MOST_STATES, "a controller runs with at most 32 states") };
-        let mut memory = Deque::new();
-        // There is room: H >= 2.
-        let _ = memory.push_back(Cycle { measured: None, known: None, belief: None });
-        Self {
+        let mut filter = Self {
             tick,
-            measurement_buffer: measurement_buffer.min(H - 1),
-            remembered: measurement_buffer.clamp(1, H - 1),
-            before: None,
-            memory,
-            changed: Some(0),
-            posterior: Estimate::initial(model),
-        }
+            measurement_buffer: 0,
+            remembered,
+            oldest: 0,
+            count: 0,
+            has_before: false,
+            changed: None,
+            posterior: None,
+        };
+        filter.restart(model, measurement_buffer, tick);
+        filter
     }
 
-    /// The same filter, which remembers `cycles` cycles beside the current one at least, at most `H - 1`: so many ago may be
-    /// what an acknowledgement tells of.
-    #[must_use]
-    pub fn remembering(self, cycles: usize) -> Self {
-        Self { remembered: self.remembered.max(cycles.min(H - 1)), ..self }
+    /// Begins anew with cycle `tick`, as a filter that has just been made.
+    pub(crate) fn restart(&mut self, model: &Model<T, NX, NU, NY>, measurement_buffer: usize, tick: Tick) {
+        self.tick = tick;
+        self.measurement_buffer = measurement_buffer.min(self.remembered.cycles.len() - 2);
+        (self.oldest, self.count, self.has_before, self.changed) = (0, 1, false, Some(0));
+        self.remembered.cycles.fill(Cycle::EMPTY);
+        // What is known before the first cycle is filtered stands where its estimate will.
+        self.posterior = Some(0);
+        if let Some(mut room) = self.remembered.room(0) {
+            room.put_single(Estimate::initial(model));
+        }
+        self.remembered.cycles[0] = Cycle::EMPTY;
     }
 
     /// The current cycle.
@@ -109,10 +165,34 @@ impl<
         self.tick
     }
 
+    /// Place in the ring of the cycle at `position` in memory.
+    fn place(&self, position: usize) -> usize {
+        let place = self.oldest + position;
+        let places = self.remembered.cycles.len();
+        if place < places { place } else { place - places }
+    }
+
+    /// Place of the cycle before that at `position`; `None` if that is the first of all.
+    fn place_before(&self, position: usize) -> Option<usize> {
+        match position.checked_sub(1) {
+            Some(before) => Some(self.place(before)),
+            None => self.has_before.then(|| self.place(self.remembered.cycles.len() - 1)),
+        }
+    }
+
     /// Position of `tick` in memory.
     fn position(&self, tick: Tick) -> Option<usize> {
         let age = usize::try_from(self.tick.age_of(tick)?).ok()?;
-        (self.memory.len() - 1).checked_sub(age)
+        (self.count - 1).checked_sub(age)
+    }
+
+    /// Position of cycle `tick`, if that is over and remembered.
+    fn position_over(&self, tick: Tick) -> Option<usize> {
+        self.position(tick).filter(|position| position + 1 < self.count)
+    }
+
+    fn cycle(&self, position: usize) -> Option<&Cycle<T, NU, NY>> {
+        self.remembered.cycles.get(self.place(position))
     }
 
     fn must_filter_from(&mut self, position: usize) {
@@ -132,7 +212,8 @@ impl<
         if usize::try_from(age).map_or(true, |age| age > self.measurement_buffer) {
             return Err(RejectedMeasurement::TooOld);
         }
-        let cycle = self.memory.get_mut(position).ok_or(RejectedMeasurement::TooOld)?;
+        let place = self.place(position);
+        let cycle = self.remembered.cycles.get_mut(place).ok_or(RejectedMeasurement::TooOld)?;
         if cycle.measured.is_some() {
             return Err(RejectedMeasurement::Duplicate);
         }
@@ -143,13 +224,12 @@ impl<
 
     /// Whether the age played in cycle `tick` was acknowledged; `None` if that cycle is not over or not remembered.
     pub fn is_acknowledged(&self, tick: Tick) -> Option<bool> {
-        let position = self.position(tick).filter(|position| position + 1 < self.memory.len())?;
-        self.memory.get(position).map(|cycle| cycle.known.is_some())
+        self.cycle(self.position_over(tick)?).map(|cycle| cycle.known.is_some())
     }
 
     /// The age that cycle `tick` was acknowledged with; `None` if it was not, is not over or is not remembered.
     pub fn acknowledged_age(&self, tick: Tick) -> Option<Age> {
-        self.memory.iter().nth(self.position(tick)?)?.known
+        self.cycle(self.position(tick)?)?.known
     }
 
     /// Takes the age that was played in cycle `tick`, which is over. [`ModeFilter::filter`] makes it count.
@@ -157,10 +237,9 @@ impl<
     /// Returns whether the filter still remembers that cycle. Whether such a sequence was ever sent is for the caller to
     /// know.
     pub fn acknowledge(&mut self, tick: Tick, age: Age) -> bool {
-        let Some(position) = self.position(tick).filter(|position| position + 1 < self.memory.len()) else {
-            return false;
-        };
-        let Some(cycle) = self.memory.get_mut(position) else { return false };
+        let Some(position) = self.position_over(tick) else { return false };
+        let place = self.place(position);
+        let Some(cycle) = self.remembered.cycles.get_mut(place) else { return false };
         if cycle.known.replace(age) != Some(age) {
             // What was played acts on the next cycle.
             self.must_filter_from(position + 1);
@@ -171,74 +250,86 @@ impl<
     /// Filters up to the current cycle, again from the first cycle for which something new is known.
     ///
     /// `around.in_flight` must hold what was sent in every cycle before the current one.
-    pub fn filter(&mut self, around: &Surroundings<'_, T, NX, NU, NY, N, H>) {
+    pub fn filter(&mut self, around: &Surroundings<'_, T, NX, NU, NY>) {
         let Some(first) = self.changed.take() else { return };
-        let count = self.memory.len();
-        for position in first..count {
-            let earlier = match position.checked_sub(1) {
-                None => self.before.as_ref(),
-                Some(place) => self.memory.get(place),
-            };
-            let output = self.memory.get(position).and_then(|cycle| cycle.measured.as_ref());
-            let known = earlier.and_then(|cycle| cycle.known);
-            let belief = match earlier.and_then(|cycle| cycle.belief.as_ref()) {
-                Some(before) => around.step(before, self.tick - (count - position) as u32, known, output),
-                // The first cycle of all: nothing was played before it.
-                None => {
-                    let modes = Modes::certain(Age::Empty, SVector::zeros());
-                    Belief::of(modes, around.corrected(Estimate::initial(around.model), output))
-                }
-            };
-            if let Some(cycle) = self.memory.get_mut(position) {
-                cycle.belief = Some(belief);
+        for position in first..self.count {
+            self.filter_cycle(position, around);
+        }
+        let last = self.place(self.count - 1);
+        let belief = self.remembered.belief(last);
+        let single = belief.as_ref().and_then(|belief| belief.single()).is_some();
+        let merged = if single { None } else { belief.and_then(|belief| belief.merged()) };
+        if single {
+            self.posterior = Some(last);
+        } else if let (Some(merged), Some(place)) = (merged, self.remembered.merged()) {
+            *place = merged;
+            self.posterior = None;
+        }
+    }
+
+    fn filter_cycle(&mut self, position: usize, around: &Surroundings<'_, T, NX, NU, NY>) {
+        let (place, before) = (self.place(position), self.place_before(position));
+        let output = self.remembered.cycles.get(place).and_then(|cycle| cycle.measured);
+        if let Some(before) = before {
+            let known = self.remembered.cycles.get(before).and_then(|cycle| cycle.known);
+            let tick = self.tick - (self.count - position) as u32;
+            if let Some((Some(belief), mut room)) = self.remembered.belief_and_room(before, place) {
+                return around.step(&belief, tick, known, output.as_ref(), &mut room);
             }
         }
-        let last = self.memory.back().and_then(|cycle| cycle.belief.as_ref());
-        match last.map(|belief| (belief.single(), belief)) {
-            Some((Some(posterior), _)) => self.posterior = posterior.clone(),
-            Some((None, belief)) => {
-                if let Some(posterior) = belief.merged() {
-                    self.posterior = posterior;
-                }
-            }
-            None => {}
+        // The first cycle of all: nothing was played before it.
+        if let Some(mut room) = self.remembered.room(place) {
+            let initial = around.corrected(Estimate::initial(around.model), output.as_ref());
+            room.put_certain(Age::Empty, SVector::zeros(), initial);
         }
     }
 
     /// Moves on to the next cycle.
-    pub fn advance(&mut self, around: &Surroundings<'_, T, NX, NU, NY, N, H>) {
+    pub fn advance(&mut self, around: &Surroundings<'_, T, NX, NU, NY>) {
         self.filter(around);
-        if self.memory.is_full() || self.memory.len() > self.remembered {
-            self.before = self.memory.pop_front();
+        if self.count + 1 == self.remembered.cycles.len() {
+            self.oldest = self.place(1);
+            self.has_before = true;
+        } else {
+            self.count += 1;
         }
-        let _ = self.memory.push_back(Cycle { measured: None, known: None, belief: None });
+        let place = self.place(self.count - 1);
+        if let Some(cycle) = self.remembered.cycles.get_mut(place) {
+            *cycle = Cycle::EMPTY;
+        }
         self.tick += 1;
-        self.must_filter_from(self.memory.len() - 1);
+        self.must_filter_from(self.count - 1);
     }
 
     /// Ages that may have been played in the cycle before the one that was filtered last.
-    pub fn modes(&self) -> Option<&Modes<T, NU, N>> {
-        let filtered = |cycle: &&Cycle<T, NX, NU, NY, N, E>| cycle.belief.is_some();
-        self.memory.iter().rev().find(filtered)?.belief.as_ref().map(|belief| &belief.modes)
+    pub fn modes(&self) -> Option<Modes<'_, T, NU>> {
+        // Only the current cycle may not be filtered yet.
+        let belief = |position: usize| self.remembered.belief(self.place(position));
+        let current = belief(self.count - 1);
+        current.or_else(|| belief(self.count.checked_sub(2)?)).map(|belief| belief.modes)
     }
 
     /// The expected input of cycle `tick` as far as is known; `None` if the cycle after it is not remembered or not filtered.
     pub fn expected_input(
         &self,
-        around: &Surroundings<'_, T, NX, NU, NY, N, H>,
+        around: &Surroundings<'_, T, NX, NU, NY>,
         tick: Tick,
     ) -> Option<SVector<T, NU>> {
-        let belief = self.memory.get(self.position(tick + 1)?)?.belief.as_ref()?;
+        let belief = self.remembered.belief(self.place(self.position(tick + 1)?))?;
         Some(around.expected_input(tick, &belief.modes))
     }
 
     /// Estimate of the state in the last cycle that was filtered, given everything taken before that.
     pub fn posterior_mean(&self) -> &SVector<T, NX> {
-        &self.posterior.mean
+        &self.posterior().mean
     }
 
     /// Covariance of the error of [`ModeFilter::posterior_mean`].
     pub fn posterior_covariance(&self) -> &SMatrix<T, NX, NX> {
-        &self.posterior.covariance
+        &self.posterior().covariance
+    }
+
+    fn posterior(&self) -> &Estimate<T, NX> {
+        self.remembered.estimate(self.posterior)
     }
 }

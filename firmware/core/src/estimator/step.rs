@@ -1,40 +1,35 @@
 //! One cycle of the filter: hypotheses about the age apart, predicted, measured and merged. THEORY 8.
 
-use super::estimate::Merged;
-use super::{Estimate, Merging, Modes, Surroundings};
-use crate::{DefaultInput, Scalar, Tick, actuator::Age};
-use heapless::Vec;
+use super::{
+    Estimate, Merging, Surroundings,
+    estimate::Merged,
+    memory::{Belief, Room},
+};
+use crate::{
+    Scalar, Tick,
+    played::{Age, DefaultInput},
+};
 use nalgebra::{SMatrix, SVector};
 
-/// What is believed in one cycle, given all measurements up to it.
-#[derive(Debug, Clone)]
-pub(super) struct Belief<T: Scalar, const NX: usize, const NU: usize, const N: usize, const E: usize> {
-    /// The age played in the cycle before.
-    pub(super) modes: Modes<T, NU, N>,
-    /// One for each possible age, in the order of [`Modes::iter`]; or a single one for all of them.
-    pub(super) estimates: Vec<Estimate<T, NX>, E>,
-}
+/// What is known of one cycle: its tick, the age that was acknowledged, and the next one's measurement.
+type Heard<'o, T, const NY: usize> = (Tick, Option<Age>, Option<&'o SVector<T, NY>>);
 
-impl<T: Scalar, const NX: usize, const NU: usize, const N: usize, const E: usize> Belief<T, NX, NU, N, E> {
-    /// Of one estimate that does not depend on the age.
-    pub(super) fn of(modes: Modes<T, NU, N>, estimate: Estimate<T, NX>) -> Self {
-        let mut estimates = Vec::new();
-        // There is room: E >= 1.
-        let _ = estimates.push(estimate);
-        Self { modes, estimates }
-    }
-
+impl<'b, T: Scalar, const NX: usize, const NU: usize> Belief<'b, T, NX, NU> {
     /// Possible ages with their probabilities and estimates.
-    fn iter(&self) -> impl Iterator<Item = (Age, T, &Estimate<T, NX>)> {
-        let common = self.estimates.len() == 1;
+    fn iter(&self) -> impl Iterator<Item = (Age, T, &'b Estimate<T, NX>)> + use<'b, T, NX, NU> {
+        let estimates = self.estimates;
+        let common = estimates.len() == 1;
         self.modes.iter().enumerate().filter_map(move |(place, (age, probability))| {
-            Some((age, probability, self.estimates.get(if common { 0 } else { place })?))
+            Some((age, probability, estimates.get(if common { 0 } else { place })?))
         })
     }
 
     /// The estimate, if there is one for all ages.
-    pub(super) fn single(&self) -> Option<&Estimate<T, NX>> {
-        self.estimates.first().filter(|_| self.estimates.len() == 1)
+    pub(super) fn single(&self) -> Option<&'b Estimate<T, NX>> {
+        match self.estimates {
+            [single] => Some(single),
+            _ => None,
+        }
     }
 
     /// All of it as one estimate.
@@ -48,47 +43,41 @@ impl<T: Scalar, const NX: usize, const NU: usize, const N: usize, const E: usize
     }
 }
 
-impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize, const N: usize, const H: usize>
-    Surroundings<'_, T, NX, NU, NY, N, H>
-{
-    /// What is believed in the cycle after `tick`, of which `known` was acknowledged, given the measurement `output`.
-    pub(super) fn step<const E: usize>(
+impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize> Surroundings<'_, T, NX, NU, NY> {
+    /// Writes into `room` what is believed in the cycle after `tick`, of which `known` was acknowledged, given the measurement
+    /// `output`.
+    pub(super) fn step(
         &self,
-        before: &Belief<T, NX, NU, N, E>,
+        before: &Belief<'_, T, NX, NU>,
         tick: Tick,
         known: Option<Age>,
         output: Option<&SVector<T, NY>>,
-    ) -> Belief<T, NX, NU, N, E> {
-        let one_estimate = before.estimates.len() == 1;
-        let certain = known
-            .filter(|_| one_estimate)
-            .and_then(|age| Some((age, self.certain_input(before, tick, age)?)));
-        if let (Some((age, input)), Some(estimate)) = (certain, before.estimates.first()) {
+        room: &mut Room<'_, T, NX, NU>,
+    ) {
+        let single = before.single();
+        let certain = known.and_then(|age| Some((age, single?, self.certain_input(before, tick, age)?)));
+        if let Some((age, estimate, input)) = certain {
             let held = if age == Age::Empty { input } else { SVector::zeros() };
             let predicted = estimate.predict(self.model, &input, None);
-            return Belief::of(Modes::certain(age, held), self.corrected(predicted, output));
+            return room.put_certain(age, held, self.corrected(predicted, output));
         }
-        let found = if one_estimate && (self.merging == Merging::Single || known.is_some()) {
-            self.step_in_one(before, tick, known, output)
-        } else {
-            self.step_apart(before, tick, known, output)
+        let is_found = match single {
+            Some(estimate) if self.merging == Merging::Single || known.is_some() => {
+                self.step_in_one(before, estimate, (tick, known, output), room)
+            }
+            _ => self.step_apart(before, (tick, known, output), room),
         };
-        // No input is remembered that could have been applied: the age is lost, the state not.
-        found.unwrap_or_else(|| {
+        if !is_found {
+            // No input is remembered that could have been applied: the age is lost, the state not.
             let estimate = before.merged().unwrap_or_else(|| Estimate::initial(self.model));
-            let modes = Modes::certain(Age::Empty, SVector::zeros());
-            Belief::of(modes, self.corrected(estimate.predict(self.model, &SVector::zeros(), None), output))
-        })
+            let predicted = estimate.predict(self.model, &SVector::zeros(), None);
+            room.put_certain(Age::Empty, SVector::zeros(), self.corrected(predicted, output));
+        }
     }
 
     /// The input of cycle `tick`, in which `age` was played for certain, where that is all it takes to know it: the Kalman
     /// filter's case, and the shortest way to it.
-    fn certain_input<const E: usize>(
-        &self,
-        before: &Belief<T, NX, NU, N, E>,
-        tick: Tick,
-        age: Age,
-    ) -> Option<SVector<T, NU>> {
+    fn certain_input(&self, before: &Belief<'_, T, NX, NU>, tick: Tick, age: Age) -> Option<SVector<T, NU>> {
         if age != Age::Empty || self.actuator.default_input == DefaultInput::Zero {
             return self.input(tick, age, &SVector::zeros());
         }
@@ -96,22 +85,23 @@ impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize, const N: usiz
         self.input(tick, age, &held)
     }
 
-    /// All ages in one estimate.
-    fn step_in_one<const E: usize>(
+    /// All ages in one estimate. Returns whether there is any.
+    fn step_in_one(
         &self,
-        before: &Belief<T, NX, NU, N, E>,
-        tick: Tick,
-        known: Option<Age>,
-        output: Option<&SVector<T, NY>>,
-    ) -> Option<Belief<T, NX, NU, N, E>> {
-        let mut modes = Modes::none();
+        before: &Belief<'_, T, NX, NU>,
+        estimate: &Estimate<T, NX>,
+        (tick, known, output): Heard<'_, T, NY>,
+        room: &mut Room<'_, T, NX, NU>,
+    ) -> bool {
+        room.ages.fill(T::zero());
+        *room.held = SVector::zeros();
         let mut total = T::zero();
         let mut mean = SVector::zeros();
         let mut spread: Option<SMatrix<T, NU, NU>> = None;
         self.for_each_age(&before.modes, tick, known, |age, probability, input, _| {
-            modes.set(age, probability);
+            room.set(age, probability);
             if age == Age::Empty {
-                modes.set_held(input);
+                *room.held = input;
             }
             if total > T::zero() {
                 let between = input - mean;
@@ -124,30 +114,31 @@ impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize, const N: usiz
             }
             total += probability;
         });
-        if spread.is_some() {
-            modes.normalise();
-        } else {
-            // One age only: certain, whatever rounding makes of its probability.
-            let age = modes.known()?;
-            modes.set(age, T::one());
+        if total <= T::zero() {
+            return false;
         }
-        let predicted = before.estimates.first()?.predict(self.model, &mean, spread.as_ref());
-        Some(Belief::of(modes, self.corrected(predicted, output)))
+        room.put_ages();
+        let predicted = estimate.predict(self.model, &mean, spread.as_ref());
+        room.put_single(self.corrected(predicted, output));
+        true
     }
 
-    /// One estimate for each age.
-    fn step_apart<const E: usize>(
+    /// One estimate for each age. Returns whether there is any.
+    fn step_apart(
         &self,
-        before: &Belief<T, NX, NU, N, E>,
-        tick: Tick,
-        known: Option<Age>,
-        output: Option<&SVector<T, NY>>,
-    ) -> Option<Belief<T, NX, NU, N, E>> {
-        let mut hypotheses: Vec<(Age, T, Estimate<T, NX>), E> = Vec::new();
-        let mut held = SVector::zeros();
+        before: &Belief<'_, T, NX, NU>,
+        (tick, known, output): Heard<'_, T, NY>,
+        room: &mut Room<'_, T, NX, NU>,
+    ) -> bool {
+        // Logarithms, for now.
+        let impossible = -T::nearest(f64::INFINITY);
+        room.ages.fill(impossible);
+        *room.held = SVector::zeros();
+        let mut largest: Option<T> = None;
+        let mut count = 0;
         self.for_each_age(&before.modes, tick, known, |age, _, input, leads| {
             if age == Age::Empty {
-                held = input;
+                *room.held = input;
             }
             let mut merged = Merged::none();
             for (from, probability, estimate) in before.iter() {
@@ -167,28 +158,24 @@ impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize, const N: usiz
                     merged.absorb(weight.logarithm(), estimate);
                 }
             }
-            let log_weight = merged.log_weight();
-            let Some(estimate) = merged.into_estimate() else { return };
-            let hypothesis = if self.merging == Merging::Gpb2 {
-                (age, log_weight, estimate)
-            } else {
-                let (posterior, log_likelihood) =
-                    self.weighed(estimate.predict(self.model, &input, None), output);
-                (age, log_weight + log_likelihood, posterior)
-            };
-            // There is room for every age.
-            let _ = hypotheses.push(hypothesis);
+            let mut log_weight = merged.log_weight();
+            let Some(mut estimate) = merged.into_estimate() else { return };
+            if self.merging != Merging::Gpb2 {
+                let predicted = estimate.predict(self.model, &input, None);
+                let (posterior, log_likelihood) = self.weighed(predicted, output);
+                log_weight += log_likelihood;
+                estimate = posterior;
+            }
+            // Where fewer are kept than there are ages, the oldest are forgotten.
+            let Some(place) = room.estimates.get_mut(count) else { return };
+            *place = estimate;
+            room.set(age, log_weight);
+            count += 1;
+            largest = Some(largest.map_or(log_weight, |largest| largest.max(log_weight)));
         });
-        let largest = hypotheses.iter().map(|(_, log_weight, _)| *log_weight).reduce(|a, b| a.max(b))?;
-        let mut modes = Modes::none();
-        for (age, log_weight, _) in &hypotheses {
-            modes.set(*age, (*log_weight - largest).exponential());
-        }
-        modes.normalise();
-        modes.set_held(held);
-        let possible = hypotheses.into_iter().filter(|(age, _, _)| modes.probability(*age) > T::zero());
-        let estimates = possible.map(|(_, _, estimate)| estimate).collect();
-        Some(Belief { modes, estimates })
+        let Some(largest) = largest else { return false };
+        room.weigh(largest);
+        true
     }
 
     /// The estimate with the measurement in it; one that cannot be used changes nothing.

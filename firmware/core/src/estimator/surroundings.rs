@@ -2,30 +2,23 @@
 //!
 //! How ages move from cycle to cycle is here; what a measurement makes of them is in `step`.
 
-use super::{Merging, Model, Modes};
+use super::{Merging, Model};
 use crate::{
-    DefaultInput, Scalar, Tick,
-    actuator::{Age, Settings},
+    Scalar, Tick,
+    actuator::Settings,
     gains::Gains,
     in_flight::InFlight,
+    played::{Age, DefaultInput, Modes},
 };
 use nalgebra::SVector;
 
 /// What an estimator is told of the loop around it.
 #[derive(Debug, Clone, Copy)]
-pub struct Surroundings<
-    'a,
-    T: Scalar,
-    const NX: usize,
-    const NU: usize,
-    const NY: usize,
-    const N: usize,
-    const H: usize,
-> {
+pub struct Surroundings<'a, T: Scalar, const NX: usize, const NU: usize, const NY: usize> {
     /// The plant.
     pub model: &'a Model<T, NX, NU, NY>,
     /// What was sent.
-    pub in_flight: &'a InFlight<T, NU, N, H>,
+    pub in_flight: &'a InFlight<'a, T, NU>,
     /// The actuator at the other end.
     pub actuator: &'a Settings<T, NU>,
     /// The law: how long sequences are, and how likely they arrive late.
@@ -36,9 +29,7 @@ pub struct Surroundings<
     pub merging: Merging,
 }
 
-impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize, const N: usize, const H: usize>
-    Surroundings<'_, T, NX, NU, NY, N, H>
-{
+impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize> Surroundings<'_, T, NX, NU, NY> {
     /// Probability that the sequence made `age` cycles before `tick` arrives in it, given that it had not before.
     fn arrival(&self, tick: Tick, age: usize) -> T {
         if self.in_flight.made_at(tick - age as u32).is_none() {
@@ -59,10 +50,10 @@ impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize, const N: usiz
     }
 
     /// The expected input of cycle `tick`, after which `modes` are believed.
-    pub(super) fn expected_input(&self, tick: Tick, modes: &Modes<T, NU, N>) -> SVector<T, NU> {
+    pub(super) fn expected_input(&self, tick: Tick, modes: &Modes<'_, T, NU>) -> SVector<T, NU> {
         let possible = || {
             let inputs =
-                modes.iter().map(|(age, probability)| (probability, self.input(tick, age, modes.held())));
+                modes.iter().map(|(age, probability)| (probability, self.input(tick, age, &modes.held)));
             inputs.filter_map(|(probability, input)| Some((probability, input?)))
         };
         match modes.known() {
@@ -78,7 +69,7 @@ impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize, const N: usiz
     /// age before may have led to it.
     pub(super) fn for_each_age(
         &self,
-        before: &Modes<T, NU, N>,
+        before: &Modes<'_, T, NU>,
         tick: Tick,
         known: Option<Age>,
         mut each: impl FnMut(Age, T, SVector<T, NU>, &dyn Fn(Age) -> T),
@@ -87,7 +78,7 @@ impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize, const N: usiz
         let length = self.gains.length();
         let mut none_newer = one;
         for place in 0..=length {
-            let age = u8::try_from(place).ok().filter(|_| place < length).map_or(Age::Empty, Age::Steps);
+            let age = Age::at(place, length);
             let arrives = if place < length { self.arrival(tick, place) } else { zero };
             let newest = none_newer * arrives;
             let played_on = none_newer;
@@ -122,15 +113,15 @@ impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize, const N: usiz
     /// The input of the cycle before `tick` if `from` was played then.
     pub(super) fn last_input(
         &self,
-        before: &Modes<T, NU, N>,
+        before: &Modes<'_, T, NU>,
         tick: Tick,
         from: Age,
     ) -> Option<SVector<T, NU>> {
-        self.input(tick - 1, from, before.held())
+        self.input(tick - 1, from, &before.held)
     }
 
     /// What a buffer that is empty in cycle `tick` holds: the input of the cycle before, as the ages that lead there had it.
-    fn held(&self, before: &Modes<T, NU, N>, tick: Tick, leads: &dyn Fn(Age) -> T) -> SVector<T, NU> {
+    fn held(&self, before: &Modes<'_, T, NU>, tick: Tick, leads: &dyn Fn(Age) -> T) -> SVector<T, NU> {
         if self.actuator.default_input == DefaultInput::Zero {
             return SVector::zeros();
         }

@@ -6,8 +6,7 @@
 mod checked;
 mod tables;
 
-use crate::{DefaultInput, Scalar, arrival};
-use heapless::Vec;
+use crate::{Scalar, arrival, played::DefaultInput};
 use nalgebra::SVector;
 
 pub use tables::{InvalidGains, Tables};
@@ -16,13 +15,49 @@ pub use tables::{InvalidGains, Tables};
 ///
 /// All tables are row-major. Build them with [`Gains::new`], in a `const` where they are known at compile
 /// time: tables of a wrong length then do not compile.
+///
+/// ```
+/// use slqg::DefaultInput;
+/// use slqg::checked::{Finite, Probabilities};
+/// use slqg::gains::{Gains, Tables};
+/// use slqg::nalgebra::{Vector1, Vector2};
+///
+/// const LAW: Gains<'static, f32, 2, 1> = Gains::<f32, 2, 1>::new(
+///     2,
+///     DefaultInput::Zero,
+///     Tables {
+///         lx: Finite::<f32>::new(&[-3.0, -2.5, -2.5, -2.25]),
+///         m: Finite::<f32>::new(&[0.0, -0.5]),
+///         arrival: Probabilities::<f32>::new(&[0.5]),
+///     },
+/// );
+/// let mut sequence = [Vector1::zeros(); 2];
+/// LAW.fill_sequence(&Vector2::new(1.0, 0.0), &[Vector1::new(2.0)], &mut sequence);
+/// assert_eq!(sequence, [Vector1::new(-3.0), Vector1::new(-3.5)]);
+/// ```
+///
+/// Tables of another length do not compile:
+///
+/// ```compile_fail
+/// # use slqg::DefaultInput;
+/// # use slqg::checked::{Finite, Probabilities};
+/// # use slqg::gains::{Gains, Tables};
+/// const LAW: Gains<'static, f32, 2, 1> = Gains::<f32, 2, 1>::new(
+///     2,
+///     DefaultInput::Zero,
+///     Tables {
+///         lx: Finite::<f32>::new(&[-3.0, -2.5, -2.5]),
+///         m: Finite::<f32>::new(&[0.0, -0.5]),
+///         arrival: Probabilities::<f32>::new(&[0.5]),
+///     },
+/// );
+/// # assert_eq!(LAW.length(), 2);
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Gains<'a, T, const NX: usize, const NU: usize> {
     length: usize,
     default_input: DefaultInput,
-    lx: &'a [T],
-    m: &'a [T],
-    arrival: &'a [T],
+    tables: Tables<'a, T>,
 }
 
 impl<'a, T: Scalar, const NX: usize, const NU: usize> Gains<'a, T, NX, NU> {
@@ -43,56 +78,28 @@ impl<'a, T: Scalar, const NX: usize, const NU: usize> Gains<'a, T, NX, NU> {
 
     /// `r(b, m)`: probability that a packet of age `b >= 1` arrives by cycle `k+m`, given that it had not by `k-1`.
     pub fn arrival(&self, b: usize, m: usize) -> T {
-        self.arrival[arrival::table_index(self.length, b, m)]
+        self.arrival_table()[arrival::table_index(self.length, b, m)]
     }
 
     /// `r(b, 0), r(b, 1), .. r(b, N-1-b)` for `b = 1, 2, .. N-1`, row after row: each until the packet's last input is due.
     pub const fn arrival_table(&self) -> &'a [T] {
-        self.arrival
+        self.tables.arrival.numbers()
     }
 
-    /// The control sequence `U = Lx xhat + M vbar`, one entry per cycle from the current one on.
+    /// Writes the control sequence `U = Lx xhat + M vbar` to `sequence`, one entry per cycle from the current one on.
     ///
     /// `posterior_mean`: estimate of the state given all that has arrived. `expected`: `vbar`, `n_v` inputs.
-    /// Holds the first `N` of `Gains::length` inputs if the capacity is smaller, which
-    /// [`crate::controller::Controller::new`] rules out.
-    pub fn sequence<const N: usize>(
+    /// Of a sequence longer than [`Gains::length`] the rest stays as it is.
+    pub fn fill_sequence(
         &self,
         posterior_mean: &SVector<T, NX>,
         expected: &[SVector<T, NU>],
-    ) -> Vec<SVector<T, NU>, N> {
-        // A controller's capacity is its gains' length, as a rule. Lengths that are constants then halve the work: no loop
-        // counts, and `expected` stays in registers.
-        let count = expected.len();
-        match self.default_input {
-            DefaultInput::Zero if self.length == N && count + 1 == N => {
-                self.times(N, N - 1, posterior_mean, expected)
-            }
-            DefaultInput::Hold if self.length == N && count == N => {
-                self.times(N, N, posterior_mean, expected)
-            }
-            _ => self.times(self.length.min(N), self.in_flight(), posterior_mean, expected),
-        }
-    }
-
-    /// `length` inputs of the law for `in_flight` expected ones.
-    #[inline(always)]
-    fn times<const N: usize>(
-        &self,
-        length: usize,
-        in_flight: usize,
-        posterior_mean: &SVector<T, NX>,
-        expected: &[SVector<T, NU>],
-    ) -> Vec<SVector<T, NU>, N> {
-        let (rows, columns) = (length * NU, in_flight * NU);
-        // Checked tables are as long.
-        let tables = self.lx.get(..rows * NX).zip(self.m.get(..rows * columns));
-        let Some((of_state, of_sent)) = tables else { return Vec::new() };
-        let mut of_state = of_state.chunks_exact(NX);
+        sequence: &mut [SVector<T, NU>],
+    ) {
+        let mut of_state = self.tables.lx.numbers().chunks_exact(NX);
         // Without anything in flight there is no table to cut into rows.
-        let mut of_sent = of_sent.chunks_exact(columns.max(1));
-        let mut sequence = [SVector::zeros(); N];
-        for input in sequence.iter_mut().take(length) {
+        let mut of_sent = self.tables.m.numbers().chunks_exact((self.in_flight() * NU).max(1));
+        for input in sequence.iter_mut().take(self.length) {
             *input = SVector::from_fn(|_, _| {
                 let from_state =
                     of_state.next().map_or_else(T::zero, |row| add_dot(T::zero(), row, posterior_mean));
@@ -104,9 +111,6 @@ impl<'a, T: Scalar, const NX: usize, const NU: usize> Gains<'a, T, NX, NU> {
                 from_state + from_sent
             });
         }
-        let mut sequence = Vec::from(sequence);
-        sequence.truncate(length);
-        sequence
     }
 }
 
@@ -123,16 +127,22 @@ pub(crate) fn add_dot<T: Scalar, const D: usize>(sum: T, row: &[T], vector: &SVe
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::checked::{Finite, Probabilities};
 
     const LAW: Gains<'static, f64, 2, 1> = Gains::<f64, 2, 1>::new(
         2,
         DefaultInput::Zero,
-        Tables { lx: &[1.0, 2.0, 3.0, 4.0], m: &[10.0, 20.0], arrival: &[0.5] },
+        Tables {
+            lx: Finite::<f64>::new(&[1.0, 2.0, 3.0, 4.0]),
+            m: Finite::<f64>::new(&[10.0, 20.0]),
+            arrival: Probabilities::<f64>::new(&[0.5]),
+        },
     );
 
     #[test]
     fn the_law_is_state_gain_plus_in_flight_gain() {
-        let sequence: Vec<_, 4> = LAW.sequence(&SVector::from([1.0, -1.0]), &[SVector::from([0.5])]);
-        assert_eq!(sequence.as_slice(), &[SVector::from([4.0]), SVector::from([9.0])]);
+        let mut sequence = [SVector::zeros(); 2];
+        LAW.fill_sequence(&SVector::from([1.0, -1.0]), &[SVector::from([0.5])], &mut sequence);
+        assert_eq!(sequence, [SVector::from([4.0]), SVector::from([9.0])]);
     }
 }

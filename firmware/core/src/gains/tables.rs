@@ -1,20 +1,25 @@
 //! The tables of a control law, and why some are none.
 
-use crate::{DefaultInput, Scalar, arrival};
+use crate::{
+    Scalar, arrival,
+    checked::{Finite, Probabilities},
+    played::DefaultInput,
+};
 
 /// The three tables of a control law, row-major.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Tables<'a, T> {
     /// `Lx`, `(N nu) x nx`: what the state contributes to each input of the sequence.
-    pub lx: &'a [T],
+    pub lx: Finite<'a, T>,
     /// `M`, `(N nu) x (n_v nu)`: what the expected in-flight inputs contribute.
-    pub m: &'a [T],
+    pub m: Finite<'a, T>,
     /// `r(b, m)`, `N (N-1) / 2` conditional arrival probabilities in the order of [`arrival::table_index`].
-    pub arrival: &'a [T],
+    pub arrival: Probabilities<'a, T>,
 }
 
 /// Why tables are not gains.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum InvalidGains {
     /// The sequence length is zero.
     NoInputs,
@@ -30,16 +35,22 @@ pub enum InvalidGains {
     NotAProbability,
 }
 
-impl core::fmt::Display for InvalidGains {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        f.write_str(match self {
+impl InvalidGains {
+    pub(super) const fn message(self) -> &'static str {
+        match self {
             Self::NoInputs => "the sequence length is zero",
             Self::StateGainLength => "lx must have length x inputs x states entries",
             Self::InFlightGainLength => "m must have length x inputs x in-flight inputs entries",
             Self::ArrivalLength => "arrival must have length x (length - 1) / 2 entries",
             Self::NotFinite => "a gain is not finite",
             Self::NotAProbability => "an arrival probability is not within 0..=1",
-        })
+        }
+    }
+}
+
+impl core::fmt::Display for InvalidGains {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(self.message())
     }
 }
 
@@ -72,16 +83,13 @@ impl<T> Tables<'_, T> {
     }
 }
 
-impl<T: Scalar> Tables<'_, T> {
-    /// Whether the numbers are gains and probabilities, where their type is known at run time only.
-    pub(crate) fn check_numbers(&self) -> Result<(), InvalidGains> {
-        if !self.lx.iter().chain(self.m).all(|gain| gain.is_finite()) {
-            return Err(InvalidGains::NotFinite);
-        }
-        // NaN is outside.
-        if !self.arrival.iter().all(|r| (T::zero()..=T::one()).contains(r)) {
-            return Err(InvalidGains::NotAProbability);
-        }
-        Ok(())
+impl<'a, T: Scalar> Tables<'a, T> {
+    /// Tables of these numbers, row-major.
+    ///
+    /// # Errors
+    /// If they are no gains or no probabilities. How many there must be, [`super::Gains::check`] knows.
+    pub fn check(lx: &'a [T], m: &'a [T], arrival: &'a [T]) -> Result<Self, InvalidGains> {
+        let (lx, m) = Finite::check(lx).zip(Finite::check(m)).ok_or(InvalidGains::NotFinite)?;
+        Ok(Self { lx, m, arrival: Probabilities::check(arrival).ok_or(InvalidGains::NotAProbability)? })
     }
 }

@@ -3,7 +3,7 @@
 //! Which packets there are, and what is known of them, the module above says. Inputs may be vectors, or plain numbers where the
 //! weights themselves are wanted.
 
-use crate::{DefaultInput, Scalar};
+use crate::{Scalar, played::DefaultInput};
 use core::ops::{Add, Mul};
 
 /// Takes one more packet into account, newer than all before: `expected` is what to expect in the cycles `k, k+1, ..` if
@@ -23,15 +23,17 @@ pub fn add_newer<T, B>(
     T: Scalar,
     B: Copy + Add<Output = B> + Mul<T, Output = B>,
 {
-    // By index: with a capacity that is a constant the compiler keeps short expectations in registers.
+    // The packet may end before what is expected does.
     for m in 0..expected.len() {
         let (Some(input), Some(arrives)) = (inputs.get(m), arrivals.get(m)) else { break };
         let (arrived, missing) = share(m, *arrives);
         expected[m] = *input * arrived + expected[m] * missing;
     }
-    if default_input == DefaultInput::Hold
-        && let (Some(held), Some(arrives)) = (inputs.last(), arrivals.last())
-    {
+    if default_input == DefaultInput::Zero {
+        // They are zero as they are: older packets have run out before.
+        return;
+    }
+    if let (Some(held), Some(arrives)) = (inputs.last(), arrivals.last()) {
         // Later than for its last input it does not arrive.
         for m in 0..expected.len() {
             if m >= inputs.len() {
@@ -40,5 +42,4 @@ pub fn add_newer<T, B>(
             }
         }
     }
-    // Otherwise they are zero as they are: older packets have run out before.
 }

@@ -3,48 +3,58 @@
 //! What to expect if more is known than what was played last is `newest`'s.
 
 use super::{
-    InFlight, Played,
+    InFlight,
     arrivals::add_newer,
     under_way::{age_of, packet_played},
 };
-use crate::{DefaultInput, Scalar, actuator::Age, estimator::Modes, gains::Gains};
-use heapless::Vec;
+use crate::{
+    Scalar,
+    gains::Gains,
+    played::{Age, DefaultInput, Modes, Played},
+};
 use nalgebra::SVector;
 
-impl<T: Scalar, const NU: usize, const N: usize, const H: usize> InFlight<T, NU, N, H> {
-    /// `vbar`: the expected input in each of the next `n_v` cycles if nothing sent from now on arrived. THEORY 3, 8.
-    pub fn expected_inputs<const NX: usize>(&self, gains: &Gains<'_, T, NX, NU>) -> Vec<SVector<T, NU>, N> {
-        match &self.played {
-            // A controller's capacity is its gains' length, as a rule: then all lengths are constants to the compiler.
-            Played::Known(age, last) if gains.length() == N => match gains.default_input() {
-                DefaultInput::Zero => self.expected_after(N, DefaultInput::Zero, *age, *last, gains),
-                DefaultInput::Hold => self.expected_after(N, DefaultInput::Hold, *age, *last, gains),
+impl<T: Scalar, const NU: usize> InFlight<'_, T, NU> {
+    /// `vbar`: the expected input in each of the next `n_v` cycles if nothing sent from now on arrived, after the actuator has
+    /// played `played` in the last one. THEORY 3, 8.
+    ///
+    /// It is written to the beginning of `expected`, and returned; of a shorter `expected` its beginning is.
+    pub fn fill_expected<'e, const NX: usize>(
+        &self,
+        gains: &Gains<'_, T, NX, NU>,
+        played: &Played<'_, T, NU>,
+        expected: &'e mut [SVector<T, NU>],
+    ) -> &'e [SVector<T, NU>] {
+        let count = gains.in_flight().min(expected.len());
+        let (expected, _) = expected.split_at_mut(count);
+        match played {
+            // A constant for the loops within.
+            Played::Known(age, last) => match gains.default_input() {
+                DefaultInput::Zero => self.expected_after(DefaultInput::Zero, *age, last, gains, expected),
+                DefaultInput::Hold => self.expected_after(DefaultInput::Hold, *age, last, gains, expected),
             },
-            Played::Known(age, last) => self.expected_mean(&Modes::certain(*age, *last), last, gains),
-            Played::Believed { modes, oldest } => self.expected_mean(modes, oldest, gains),
+            Played::Believed { modes, oldest } => self.expected_mean(modes, oldest, gains, expected),
         }
+        expected
     }
 
     /// The same where `age` was played in the last cycle, and `last` applied.
     #[inline(always)]
     fn expected_after<const NX: usize>(
         &self,
-        length: usize,
         default_input: DefaultInput,
         age: Age,
-        last: SVector<T, NU>,
+        last: &SVector<T, NU>,
         gains: &Gains<'_, T, NX, NU>,
-    ) -> Vec<SVector<T, NU>, N> {
-        let played = packet_played(age, length);
-        let mut expected = self.left_of(played, length, default_input, last);
-        for packet in self.newer_than(played, length, gains) {
+        expected: &mut [SVector<T, NU>],
+    ) {
+        let played = packet_played(age, self.length);
+        self.fill_left_of(played, default_input, last, expected);
+        for packet in self.newer_than(played, gains) {
             if let Some(inputs) = packet.inputs {
-                add_newer(&mut expected, default_input, inputs, packet.arrivals, |_, r| (r, T::one() - r));
+                add_newer(expected, default_input, inputs, packet.arrivals, |_, r| (r, T::one() - r));
             }
         }
-        let mut expected = Vec::from(expected);
-        expected.truncate(default_input.in_flight(length));
-        expected
     }
 
     /// The mean over every age that may have been played. `oldest` was applied if that was a sequence's last input.
@@ -54,45 +64,46 @@ impl<T: Scalar, const NU: usize, const N: usize, const H: usize> InFlight<T, NU,
     #[inline(never)]
     fn expected_mean<const NX: usize>(
         &self,
-        modes: &Modes<T, NU, N>,
+        modes: &Modes<'_, T, NU>,
         oldest: &SVector<T, NU>,
         gains: &Gains<'_, T, NX, NU>,
-    ) -> Vec<SVector<T, NU>, N> {
-        let (length, default_input) = (gains.length(), gains.default_input());
+        expected: &mut [SVector<T, NU>],
+    ) {
+        let (length, default_input) = (self.length, gains.default_input());
         let (empty, last_of_oldest) = (modes.probability(Age::Empty), modes.probability(age_of(length)));
-        let last = *modes.held() * empty + *oldest * last_of_oldest;
-        let mut expected = Vec::from(self.left_of(length, length, default_input, last));
-        expected.truncate(default_input.in_flight(length));
+        let last = modes.held * empty + *oldest * last_of_oldest;
+        self.fill_left_of(length, default_input, &last, expected);
         let mut come_in = empty + last_of_oldest;
-        for packet in self.newer_than(length, length, gains) {
+        for packet in self.newer_than(length, gains) {
             let played = modes.probability(age_of(packet.sent_ago));
             if let Some(inputs) = packet.inputs {
                 let share = |_, r| (come_in * r + played, T::one() - r);
-                add_newer(&mut expected, default_input, inputs, packet.arrivals, share);
+                add_newer(expected, default_input, inputs, packet.arrivals, share);
             }
             come_in += played;
         }
-        expected
     }
 
-    /// What is expected of the packet sent `played` cycles ago alone, if the actuator played it in the last cycle and applied
-    /// `last`.
-    pub(super) fn left_of(
+    /// Writes what is expected of the packet sent `played` cycles ago alone, if the actuator played it in the last cycle and
+    /// applied `last`: `N` inputs.
+    #[inline(always)]
+    pub(super) fn fill_left_of(
         &self,
         played: usize,
-        length: usize,
         default_input: DefaultInput,
-        last: SVector<T, NU>,
-    ) -> [SVector<T, NU>; N] {
-        let packet = self.sent.get(played.wrapping_sub(1));
-        let left = packet.and_then(|packet| packet.inputs.get(played..length)).unwrap_or_default();
-        let mut expected = match default_input {
-            DefaultInput::Zero => [SVector::zeros(); N],
-            DefaultInput::Hold => [*left.last().unwrap_or(&last); N],
+        last: &SVector<T, NU>,
+        expected: &mut [SVector<T, NU>],
+    ) {
+        let packet = played.checked_sub(1).and_then(|ago| self.sent(ago));
+        let left = packet.and_then(|inputs| inputs.get(played..)).unwrap_or_default();
+        let after = match default_input {
+            DefaultInput::Zero => SVector::zeros(),
+            DefaultInput::Hold => *left.last().unwrap_or(last),
         };
-        for (value, input) in expected.iter_mut().zip(left) {
+        let (begun, rest) = expected.split_at_mut(left.len().min(expected.len()));
+        for (value, input) in begun.iter_mut().zip(left) {
             *value = *input;
         }
-        expected
+        rest.fill(after);
     }
 }

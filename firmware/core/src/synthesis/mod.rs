@@ -111,6 +111,7 @@ pub struct Problem<'a, T> {
 
 /// Which slice has a length other than the dimensions ask for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum InvalidProblem {
     /// `length`, `states` or `inputs` is zero.
     Empty,

@@ -11,6 +11,21 @@ use super::{Dimensions, InvalidProblem, Problem, SemidefiniteFactor, semidefinit
 use crate::Number;
 
 /// The recursion's state: cost-to-go `(P, S, Y, N_t)` and the gains of the last step.
+///
+/// ```
+/// use slqg::DefaultInput;
+/// use slqg::synthesis::{Dimensions, Problem, Synthesis};
+///
+/// // One input a sequence, and no packet is ever late: the linear-quadratic regulator.
+/// const DIMENSIONS: Dimensions = Dimensions { states: 1, inputs: 1, length: 1, default_input: DefaultInput::Zero };
+/// let problem = Problem { dimensions: DIMENSIONS, a: &[2.0], b: &[1.0], q: &[1.0], r: &[1.0], survival: &[0.0] };
+/// let mut workspace = [0.0_f64; DIMENSIONS.workspace_len()];
+/// let mut synthesis = Synthesis::new(problem, &mut workspace).expect("slices of the right shape");
+/// while synthesis.optimal_step() > 1e-14 {}
+/// let p = synthesis.value()[0];
+/// assert!((p - (1.0 + 4.0 * p - 4.0 * p * p / (1.0 + p))).abs() < 1e-12, "the Riccati equation");
+/// assert!((synthesis.gains()[0] + 2.0 * p / (1.0 + p)).abs() < 1e-12);
+/// ```
 #[derive(Debug)]
 pub struct Synthesis<'p, 'w, T> {
     pub(super) problem: Problem<'p, T>,

@@ -20,7 +20,7 @@
 //! Counts fade, so that the estimate follows a link that drifts. One that changes at once is noticed by a second set of counts,
 //! which fades faster: where the recent contradict the others, those are dropped.
 
-use crate::{Scalar, actuator::Age};
+use crate::{Scalar, played::Age};
 
 /// Packets that reached some age under way, and those of them that arrived at it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -40,48 +40,83 @@ impl<T: Scalar> Count<T> {
 /// How much faster recent counts fade than the others.
 const RECENT: f64 = 16.0;
 
-/// Posterior of a link's delay distribution, for sequences of up to `N` inputs.
-#[derive(Debug, Clone)]
-pub struct DelayEstimate<T, const N: usize> {
-    length: usize,
+/// Numbers of memory that a [`DelayEstimate`] for sequences of `length` inputs is lent.
+pub const fn memory_len(length: usize) -> usize {
+    7 * length
+}
+
+/// Counts of packets by age.
+#[derive(Debug)]
+struct Counted<'m, T> {
+    under_way: &'m mut [T],
+    arrived: &'m mut [T],
+}
+
+impl<T: Scalar> Counted<'_, T> {
+    fn iter(&self) -> impl Iterator<Item = Count<T>> + '_ {
+        let both = self.under_way.iter().zip(self.arrived.iter());
+        both.map(|(under_way, arrived)| Count { under_way: *under_way, arrived: *arrived })
+    }
+
+    fn iter_mut(&mut self) -> impl Iterator<Item = (&mut T, &mut T)> + '_ {
+        self.under_way.iter_mut().zip(self.arrived.iter_mut())
+    }
+
+    fn fade(&mut self, kept: T) {
+        for (under_way, arrived) in self.iter_mut() {
+            *under_way *= kept;
+            *arrived *= kept;
+        }
+    }
+}
+
+/// Posterior of a link's delay distribution, in memory that is lent.
+#[derive(Debug)]
+pub struct DelayEstimate<'m, T> {
     /// What a count keeps of itself from cycle to cycle.
     kept: T,
-    prior: [Count<T>; N],
-    counted: [Count<T>; N],
+    prior: Counted<'m, T>,
+    counted: Counted<'m, T>,
     /// What a recent count keeps of itself.
     recent_kept: T,
-    recent: [Count<T>; N],
+    recent: Counted<'m, T>,
+    /// Room for a survival function, one number for each age.
+    room: &'m mut [T],
     /// The age of the cycle that was told last, if it was known.
     before: Option<Age>,
 }
 
-impl<T: Scalar, const N: usize> DelayEstimate<T, N> {
-    /// An estimate that is `survival` (`P(delay > d)` for `d = 0..N-1`, at most `N` values) until something is told, and
-    /// gives that the weight of `packets` packets. Each observation fades by `1 / memory` per cycle.
-    pub fn new(survival: &[T], packets: T, memory: T) -> Self {
-        let length = survival.len().min(N);
-        let mut prior = [Count::none(); N];
+impl<'m, T: Scalar> DelayEstimate<'m, T> {
+    /// An estimate that is `survival` (`P(delay > d)` for `d = 0..N-1`) until something is told, and gives that the weight of
+    /// `packets` packets. Each observation fades by `1 / memory` per cycle. `None` if there are fewer `numbers` than
+    /// [`memory_len`].
+    pub fn new(survival: &[T], packets: T, memory: T, numbers: &'m mut [T]) -> Option<Self> {
+        let length = survival.len();
+        let mut rest = numbers;
+        let mut take = || {
+            let (taken, others) = core::mem::take(&mut rest).split_at_mut_checked(length)?;
+            rest = others;
+            taken.fill(T::zero());
+            Some(taken)
+        };
+        let mut counted = || Some(Counted { under_way: take()?, arrived: take()? });
+        let (mut prior, none, recent) = (counted()?, counted()?, counted()?);
         let mut reached = T::one();
-        for (count, &left) in prior.iter_mut().zip(survival) {
-            *count = Count { under_way: packets * reached, arrived: packets * (reached - left) };
+        for ((under_way, arrived), &left) in prior.iter_mut().zip(survival) {
+            (*under_way, *arrived) = (packets * reached, packets * (reached - left));
             reached = left;
         }
         let kept = |fades: f64| (T::one() - T::nearest(fades) / memory).max(T::zero());
-        let none = [Count::none(); N];
         let (kept, recent_kept) = (kept(1.0), kept(RECENT));
-        Self { length, kept, prior, counted: none, recent_kept, recent: none, before: None }
+        Some(Self { kept, prior, counted: none, recent_kept, recent, room: take()?, before: None })
     }
 
     /// Takes the age that was played in the next cycle; `None` if that is not known, and never will be.
     ///
     /// `sent(d)` says whether a packet was sent `d` cycles before that cycle: only those were under way.
     pub fn told(&mut self, age: Option<Age>, sent: impl Fn(usize) -> bool) {
-        for (counts, kept) in [(&mut self.counted, self.kept), (&mut self.recent, self.recent_kept)] {
-            for count in counts {
-                count.under_way *= kept;
-                count.arrived *= kept;
-            }
-        }
+        self.counted.fade(self.kept);
+        self.recent.fade(self.recent_kept);
         if let (Some(before), Some(now)) = (self.before, age) {
             self.count(before, now, sent);
         }
@@ -89,17 +124,16 @@ impl<T: Scalar, const N: usize> DelayEstimate<T, N> {
     }
 
     fn count(&mut self, before: Age, now: Age, sent: impl Fn(usize) -> bool) {
-        let played = now.steps().unwrap_or(self.length);
+        let length = self.room.len();
+        let played = now.steps().unwrap_or(length);
         // Of packets no newer than the one played before nothing is told.
-        let newer = before.steps().map_or(self.length, |steps| steps + 1).min(self.length);
-        let counts = self.counted.iter_mut().zip(&mut self.recent).take(newer);
-        for (d, (count, recent)) in counts.enumerate().take(played.saturating_add(1)) {
-            if sent(d) {
-                for count in [count, recent] {
-                    count.under_way += T::one();
-                    if d == played {
-                        count.arrived += T::one();
-                    }
+        let newer = before.steps().map_or(length, |steps| steps + 1).min(length);
+        for counts in [&mut self.counted, &mut self.recent] {
+            let told = counts.iter_mut().take(newer).enumerate().take(played.saturating_add(1));
+            for (d, (under_way, arrived)) in told.filter(|(d, _)| sent(*d)) {
+                *under_way += T::one();
+                if d == played {
+                    *arrived += T::one();
                 }
             }
         }
@@ -107,25 +141,17 @@ impl<T: Scalar, const N: usize> DelayEstimate<T, N> {
 
     /// What was counted of packets that reached age `d`, without the prior; nothing beyond the last input.
     pub fn counted(&self, d: usize) -> Count<T> {
-        self.counted.get(d).copied().unwrap_or_else(Count::none)
+        self.counted.iter().nth(d).unwrap_or_else(Count::none)
     }
 
     /// Count and prior together.
     fn posterior(&self) -> impl Iterator<Item = Count<T>> + '_ {
-        let both = self.counted.iter().zip(&self.prior).take(self.length);
-        both.map(|(counted, prior)| Count {
-            under_way: counted.under_way + prior.under_way,
-            arrived: counted.arrived + prior.arrived,
-        })
+        posterior(&self.counted, &self.prior)
     }
 
     /// Writes the posterior mean of `P(delay > d)` for `d = 0..N-1`; zero hazard where nothing is known.
     pub fn fill_survival(&self, survival: &mut [T]) {
-        let mut left = T::one();
-        for (value, count) in survival.iter_mut().zip(self.posterior()) {
-            left *= T::one() - hazard(count);
-            *value = left;
-        }
+        fill_survival(self.posterior(), survival);
     }
 
     /// How strongly the posterior speaks against the link `survival`: twice the sum over ages `d` of packets observed times
@@ -139,13 +165,31 @@ impl<T: Scalar, const N: usize> DelayEstimate<T, N> {
     /// Drops what is not recent if the distance of the recent observations from the posterior exceeds `threshold`: then the
     /// link has become another one. Returns whether it has.
     pub fn renew(&mut self, threshold: T) -> bool {
-        let mut survival = [T::zero(); N];
-        self.fill_survival(&mut survival[..self.length]);
-        let has_changed = distance(self.recent.iter().copied(), &survival[..self.length]) > threshold;
+        fill_survival(posterior(&self.counted, &self.prior), self.room);
+        let has_changed = distance(self.recent.iter(), self.room) > threshold;
         if has_changed {
-            self.counted = self.recent;
+            self.counted.under_way.copy_from_slice(self.recent.under_way);
+            self.counted.arrived.copy_from_slice(self.recent.arrived);
         }
         has_changed
+    }
+}
+
+fn posterior<'c, T: Scalar>(
+    counted: &'c Counted<'_, T>,
+    prior: &'c Counted<'_, T>,
+) -> impl Iterator<Item = Count<T>> + 'c {
+    counted.iter().zip(prior.iter()).map(|(counted, prior)| Count {
+        under_way: counted.under_way + prior.under_way,
+        arrived: counted.arrived + prior.arrived,
+    })
+}
+
+fn fill_survival<T: Scalar>(counts: impl Iterator<Item = Count<T>>, survival: &mut [T]) {
+    let mut left = T::one();
+    for (value, count) in survival.iter_mut().zip(counts) {
+        left *= T::one() - hazard(count);
+        *value = left;
     }
 }
 
@@ -192,12 +236,15 @@ fn divergence<T: Scalar>(p: T, q: T) -> T {
 mod tests {
     use super::*;
 
-    fn nothing_known() -> DelayEstimate<f64, 4> {
-        DelayEstimate::new(&[1.0; 4], 0.0, f64::INFINITY)
+    type Room = [f64; memory_len(4)];
+
+    fn nothing_known(room: &mut Room) -> DelayEstimate<'_, f64> {
+        DelayEstimate::new(&[1.0; 4], 0.0, f64::INFINITY, room).expect("room for four ages")
     }
 
     fn counts(ages: &[Age]) -> [(f64, f64); 4] {
-        let mut estimate = nothing_known();
+        let mut room = [0.0; memory_len(4)];
+        let mut estimate = nothing_known(&mut room);
         ages.iter().for_each(|&age| estimate.told(Some(age), |_| true));
         core::array::from_fn(|d| (estimate.counted(d).under_way, estimate.counted(d).arrived))
     }
@@ -224,7 +271,8 @@ mod tests {
 
     #[test]
     fn nothing_is_counted_across_a_cycle_of_which_nothing_is_known() {
-        let mut estimate = nothing_known();
+        let mut room = [0.0; memory_len(4)];
+        let mut estimate = nothing_known(&mut room);
         for age in [Some(Age::Empty), None, Some(Age::Steps(0))] {
             estimate.told(age, |_| true);
         }
@@ -233,7 +281,8 @@ mod tests {
 
     #[test]
     fn a_packet_that_was_not_sent_was_not_under_way() {
-        let mut estimate = nothing_known();
+        let mut room = [0.0; memory_len(4)];
+        let mut estimate = nothing_known(&mut room);
         estimate.told(Some(Age::Empty), |_| true);
         estimate.told(Some(Age::Steps(2)), |d| d != 1);
         assert_eq!([0, 1, 2, 3].map(|d| estimate.counted(d).under_way), [1.0, 0.0, 1.0, 0.0]);
@@ -242,7 +291,8 @@ mod tests {
     #[test]
     fn the_prior_is_the_estimate_until_something_is_told_and_again_when_all_is_forgotten() {
         let prior = [0.5, 0.25, 0.0];
-        let mut estimate = DelayEstimate::<f64, 4>::new(&prior, 20.0, 10.0);
+        let mut room = [0.0; memory_len(3)];
+        let mut estimate = DelayEstimate::<f64>::new(&prior, 20.0, 10.0, &mut room).unwrap();
         let mut survival = [0.0; 3];
         estimate.fill_survival(&mut survival);
         assert_eq!(survival, prior);
@@ -258,9 +308,10 @@ mod tests {
 
     #[test]
     fn a_link_that_changes_at_once_makes_the_estimate_drop_what_was_before() {
-        let mut estimate = DelayEstimate::<f32, 2>::new(&[0.1, 0.0], 10.0, 480.0);
+        let mut room = [0.0; memory_len(2)];
+        let mut estimate = DelayEstimate::<f32>::new(&[0.1, 0.0], 10.0, 480.0, &mut room).unwrap();
         let enough = threshold(2, 14.0);
-        let play = |estimate: &mut DelayEstimate<f32, 2>, age| estimate.told(Some(age), |_| true);
+        let play = |estimate: &mut DelayEstimate<'_, f32>, age| estimate.told(Some(age), |_| true);
         for cycle in 0..1000 {
             play(&mut estimate, if cycle % 10 == 0 { Age::Steps(1) } else { Age::Steps(0) });
         }
@@ -279,7 +330,8 @@ mod tests {
 
     #[test]
     fn what_is_held_impossible_is_infinitely_far() {
-        let mut estimate = nothing_known();
+        let mut room = [0.0; memory_len(4)];
+        let mut estimate = nothing_known(&mut room);
         [Age::Empty, Age::Steps(0)].into_iter().for_each(|age| estimate.told(Some(age), |_| true));
         assert_eq!(estimate.distance(&[1.0, 0.5, 0.5, 0.5]), f64::INFINITY);
     }

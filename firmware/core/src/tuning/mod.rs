@@ -23,14 +23,14 @@ mod progress;
 mod solver;
 mod tuner;
 
-use crate::{DefaultInput, synthesis::Dimensions};
+use crate::{played::DefaultInput, synthesis::Dimensions};
 
-pub use delays::{Count, DelayEstimate, threshold};
+pub use delays::{Count, DelayEstimate, memory_len as delays_len, threshold};
 pub use event::{Counts, Event, Kept};
 pub use parameters::{InvalidTuner, Parameters};
 pub use progress::{Progress, Solved, Unsolved};
 pub use solver::Solver;
-pub use tuner::Tuner;
+pub use tuner::{Tuner, tuner_len};
 
 /// What gains were computed from, beside the plant: cost and link of the design. The generator writes it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -52,9 +52,13 @@ impl<T> Basis<'_, T> {
     }
 }
 
-/// Numbers that a [`Solver`] or [`Tuner`] needs as memory.
+/// Numbers that a [`Solver`] is lent as memory.
 pub const fn workspace_len(dimensions: &Dimensions) -> usize {
     let (states, inputs) = (dimensions.states, dimensions.inputs);
     let weights = if states > inputs { states * states } else { inputs * inputs };
-    dimensions.workspace_len() + dimensions.value_len() + certificate::scratch_len(dimensions) + weights
+    dimensions.workspace_len()
+        + dimensions.value_len()
+        + certificate::scratch_len(dimensions)
+        + dimensions.length
+        + weights
 }

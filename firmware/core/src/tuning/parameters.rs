@@ -28,6 +28,7 @@ impl Default for Parameters {
 
 /// Why there can be no tuner.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum InvalidTuner {
     /// The design follows a reference: its preview gains would stay those of the old link.
     Preview,
@@ -35,10 +36,8 @@ pub enum InvalidTuner {
     Trigger,
     /// The basis is for sequences of another length than the design's, or for another default input.
     Basis,
-    /// The memory is shorter than [`super::workspace_len`], or something of the basis is.
+    /// The memory is shorter than [`super::tuner_len`], or something of the basis is.
     Problem(InvalidProblem),
-    /// The bank's `LEN` is less than the tables of the law need.
-    Bank,
     /// The memory in cycles is zero.
     Parameters,
 }
@@ -54,7 +53,6 @@ impl core::fmt::Display for InvalidTuner {
             }
             Self::Basis => f.write_str("the basis is of another length or default input than the design"),
             Self::Problem(problem) => problem.fmt(f),
-            Self::Bank => f.write_str("the bank is too small for the tables of the law"),
             Self::Parameters => f.write_str("the memory must be one cycle at least"),
         }
     }

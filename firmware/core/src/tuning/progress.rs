@@ -15,6 +15,7 @@ pub struct Solved<T> {
 
 /// Why no gains were found that may be used.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Unsolved {
     /// The cost-to-go grew until it overflowed: the link cannot carry the loop.
     Diverged,
@@ -23,6 +24,20 @@ pub enum Unsolved {
     /// The steps allowed were over before the cost-to-go was proved to fall under the gains found.
     NotProved,
 }
+
+impl core::fmt::Display for Unsolved {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(match self {
+            Self::Diverged => "the cost-to-go grew until it overflowed: the link cannot carry the loop",
+            Self::NotConverged => "the gains had not settled when the steps allowed were over",
+            Self::NotProved => {
+                "the steps allowed were over before the gains were proved to stabilise the loop"
+            }
+        })
+    }
+}
+
+impl core::error::Error for Unsolved {}
 
 /// What a slice came to.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -53,25 +53,25 @@ enum Phase<T> {
 
 /// Solves for one link after the other, in memory of the caller's.
 #[derive(Debug)]
-pub struct Solver<'a, 'w, T, const NX: usize, const NU: usize, const N: usize> {
+pub struct Solver<'m, T, const NX: usize, const NU: usize> {
     dimensions: Dimensions,
     /// `A^T` and `B^T` by columns: `A` and `B` by rows.
     a: SMatrix<T, NX, NX>,
     b: SMatrix<T, NU, NX>,
-    basis: Basis<'a, T>,
+    basis: Basis<'m, T>,
     most_steps: u32,
     /// Of the link that is being solved for.
-    survival: [T; N],
+    survival: &'m mut [T],
     phase: Phase<T>,
-    workspace: &'w mut [T],
+    workspace: &'m mut [T],
     /// The cost-to-go found last, by optimal steps.
-    value: &'w mut [T],
-    scratch: &'w mut [T],
+    value: &'m mut [T],
+    scratch: &'m mut [T],
     /// Zeros: the weights of a loop that costs nothing.
-    nothing: &'w mut [T],
+    nothing: &'m mut [T],
 }
 
-impl<'a, 'w, T: Scalar, const NX: usize, const NU: usize, const N: usize> Solver<'a, 'w, T, NX, NU, N> {
+impl<'m, T: Scalar, const NX: usize, const NU: usize> Solver<'m, T, NX, NU> {
     /// A solver for the plant `model` and the cost of `basis`, with nothing to do; `memory` needs [`workspace_len`] numbers.
     /// It gives up after `most_steps` backward steps, and after as many steps of a proof.
     ///
@@ -79,23 +79,20 @@ impl<'a, 'w, T: Scalar, const NX: usize, const NU: usize, const N: usize> Solver
     /// Names the slice whose length does not fit.
     pub fn new<const NY: usize>(
         model: &Model<T, NX, NU, NY>,
-        basis: Basis<'a, T>,
+        basis: Basis<'m, T>,
         most_steps: u32,
-        memory: &'w mut [T],
+        memory: &'m mut [T],
     ) -> Result<Self, InvalidProblem> {
         let dimensions = basis.dimensions(NX, NU);
-        if dimensions.length > N {
-            return Err(InvalidProblem::Survival);
-        }
         if memory.len() < workspace_len(&dimensions) {
             return Err(InvalidProblem::Workspace);
         }
         memory.fill(T::zero());
         let (workspace, rest) = memory.split_at_mut(dimensions.workspace_len());
         let (value, rest) = rest.split_at_mut(dimensions.value_len());
-        let (scratch, nothing) = rest.split_at_mut(certificate::scratch_len(&dimensions));
-        let mut survival = [T::zero(); N];
-        survival[..dimensions.length].copy_from_slice(basis.survival);
+        let (scratch, rest) = rest.split_at_mut(certificate::scratch_len(&dimensions));
+        let (survival, nothing) = rest.split_at_mut(dimensions.length);
+        survival.copy_from_slice(basis.survival);
         let mut solver = Self {
             dimensions,
             a: model.a.transpose(),
@@ -139,7 +136,7 @@ impl<'a, 'w, T: Scalar, const NX: usize, const NU: usize, const N: usize> Solver
 
     /// Survival function of the link that was solved for last, or is being solved for.
     pub fn survival(&self) -> &[T] {
-        &self.survival[..self.dimensions.length]
+        self.survival
     }
 
     /// Writes the law of the last step: `Lx`, `M` and the arrival probabilities `r` one after the other, by rows, as
@@ -260,7 +257,7 @@ impl<'a, 'w, T: Scalar, const NX: usize, const NU: usize, const N: usize> Solver
         } else {
             (&self.nothing[..nx], &self.nothing[..nu])
         };
-        let survival = &self.survival[..self.dimensions.length];
+        let survival = &*self.survival;
         let problem = Problem {
             dimensions: self.dimensions,
             a: self.a.as_slice(),

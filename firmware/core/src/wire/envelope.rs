@@ -1,11 +1,11 @@
-//! Header and checksum around a payload; what payloads mean is in `payload`.
+//! Header and checksum around a payload; what payloads mean is in `payload`, where a frame is cut in `raw`.
 
-use super::{DecodeError, EncodeError, VERSION};
+use super::{
+    DecodeError, EncodeError, VERSION,
+    raw::{CHECKSUM_LEN, RawFrame},
+};
 use crate::{Scalar, Tick, checksum::CHECKSUM};
 use serde::{Deserialize, Serialize};
-
-pub(super) const CHECKSUM_LEN: usize = 4;
-pub(super) const HEADER_LEN: usize = 7;
 
 /// What a frame is; the second byte on the wire.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -52,27 +52,16 @@ impl Kind {
         Self::Tuned,
     ];
 
-    /// What a frame says it is, for whoever hands frames on; `None` if it is too short to say, or says something unknown.
-    /// Nothing else of it is looked at: whoever decodes the frame checks all of it.
-    pub fn of(frame: &[u8]) -> Option<Self> {
-        let found = *frame.get(1)?;
+    /// The kind with this number.
+    pub(super) fn numbered(found: u8) -> Option<Self> {
         Self::ALL.into_iter().find(|kind| *kind as u8 == found)
     }
-}
 
-#[derive(Serialize, Deserialize)]
-struct Header {
-    version: u8,
-    kind: u8,
-    scalar_bytes: u8,
-    tick: Tick,
-}
-
-/// Whether the last bytes of `frame` are the checksum of those before.
-pub(super) fn checksum_fits(frame: &[u8]) -> bool {
-    frame
-        .split_last_chunk::<CHECKSUM_LEN>()
-        .is_some_and(|(content, checksum)| CHECKSUM.checksum(content) == u32::from_le_bytes(*checksum))
+    /// What a frame says it is, for whoever hands frames on; `None` if it is too short for a frame, or says something unknown.
+    /// Nothing else of it is looked at: whoever decodes the frame checks all of it.
+    pub fn of(frame: &[u8]) -> Option<Self> {
+        RawFrame::of(frame)?.kind()
+    }
 }
 
 /// Writes a frame front to back into a caller's buffer.
@@ -84,10 +73,35 @@ pub(super) struct Writer<'b> {
 impl<'b> Writer<'b> {
     pub(super) fn new<T: Scalar>(buffer: &'b mut [u8], kind: Kind, tick: Tick) -> Result<Self, EncodeError> {
         let mut writer = Self { buffer, written: 0 };
-        writer.put(&Header { version: VERSION, kind: kind as u8, scalar_bytes: T::BYTES, tick })?;
+        writer.put_bytes(&[VERSION, kind as u8, T::BYTES])?;
+        writer.put_bytes(&tick.0.to_le_bytes())?;
         Ok(writer)
     }
 
+    #[inline(always)]
+    pub(super) fn put_bytes(&mut self, bytes: &[u8]) -> Result<(), EncodeError> {
+        let end = self.written + bytes.len();
+        let room = self.buffer.get_mut(self.written..end).ok_or(EncodeError::BufferTooSmall)?;
+        room.copy_from_slice(bytes);
+        self.written = end;
+        Ok(())
+    }
+
+    /// Numbers of the loop's scalar.
+    #[inline(always)]
+    pub(super) fn put_scalars<'n, T: Scalar>(
+        &mut self,
+        numbers: impl Iterator<Item = &'n T>,
+    ) -> Result<(), EncodeError> {
+        for number in numbers {
+            let room = self.buffer.get_mut(self.written..).ok_or(EncodeError::BufferTooSmall)?;
+            number.write(room).ok_or(EncodeError::BufferTooSmall)?;
+            self.written += usize::from(T::BYTES);
+        }
+        Ok(())
+    }
+
+    /// A payload of fixed length.
     pub(super) fn put<V: Serialize>(&mut self, value: &V) -> Result<(), EncodeError> {
         let free = self.buffer.get_mut(self.written..).ok_or(EncodeError::BufferTooSmall)?;
         let used = postcard::to_slice(value, free).map_err(|_| EncodeError::BufferTooSmall)?.len();
@@ -96,7 +110,7 @@ impl<'b> Writer<'b> {
     }
 
     pub(super) fn put_count(&mut self, count: usize) -> Result<(), EncodeError> {
-        self.put(&u8::try_from(count).map_err(|_| EncodeError::TooMany)?)
+        self.put_bytes(&[u8::try_from(count).map_err(|_| EncodeError::TooMany)?])
     }
 
     // As `Reader::open`.
@@ -119,42 +133,63 @@ impl<'f> Reader<'f> {
     // Once in flash, for all the kinds of frames that a node reads.
     #[inline(never)]
     pub(super) fn open<T: Scalar>(frame: &'f [u8], kind: Kind) -> Result<(Tick, Self), DecodeError> {
-        if frame.len() < HEADER_LEN + CHECKSUM_LEN {
-            return Err(DecodeError::TooShort);
-        }
-        let (content, _) = frame.split_last_chunk::<CHECKSUM_LEN>().ok_or(DecodeError::TooShort)?;
-        if !checksum_fits(frame) {
+        let raw = RawFrame::of(frame).ok_or(DecodeError::TooShort)?;
+        if !raw.is_whole() {
             return Err(DecodeError::Checksum);
         }
-        let mut reader = Self { rest: content };
-        let header: Header = reader.take()?;
-        if header.version != VERSION {
-            return Err(DecodeError::Version(header.version));
+        if !raw.is_of_this_version() {
+            return Err(DecodeError::Version(raw.version()));
         }
-        if header.kind != kind as u8 {
-            return Err(DecodeError::Kind(header.kind));
+        if raw.kind_number() != kind as u8 {
+            return Err(DecodeError::Kind(raw.kind_number()));
         }
-        if header.scalar_bytes != T::BYTES {
-            return Err(DecodeError::Scalar(header.scalar_bytes));
+        if raw.scalar_bytes() != T::BYTES {
+            return Err(DecodeError::Scalar(raw.scalar_bytes()));
         }
-        Ok((header.tick, reader))
+        Ok((raw.tick(), Self { rest: raw.payload() }))
     }
 
+    /// Takes a payload of fixed length.
     pub(super) fn take<V: Deserialize<'f>>(&mut self) -> Result<V, DecodeError> {
         let (value, rest) = postcard::take_from_bytes(self.rest).map_err(|_| DecodeError::Length)?;
         self.rest = rest;
         Ok(value)
     }
 
-    /// Takes a finite number.
-    pub(super) fn take_scalar<T: Scalar>(&mut self) -> Result<T, DecodeError> {
-        let value: T = self.take()?;
-        if value.is_finite() { Ok(value) } else { Err(DecodeError::NotFinite) }
+    #[inline(always)]
+    pub(super) fn take_byte(&mut self) -> Result<u8, DecodeError> {
+        let (byte, rest) = self.rest.split_first().ok_or(DecodeError::Length)?;
+        self.rest = rest;
+        Ok(*byte)
+    }
+
+    /// Takes a number of two bytes.
+    pub(super) fn take_u16(&mut self) -> Result<u16, DecodeError> {
+        let (bytes, rest) = self.rest.split_first_chunk().ok_or(DecodeError::Length)?;
+        self.rest = rest;
+        Ok(u16::from_le_bytes(*bytes))
+    }
+
+    /// Takes finite numbers, as many as there are in `numbers`.
+    #[inline(always)]
+    pub(super) fn take_scalars<'n, T: Scalar>(
+        &mut self,
+        numbers: impl Iterator<Item = &'n mut T>,
+    ) -> Result<(), DecodeError> {
+        for number in numbers {
+            let (value, rest) = T::read(self.rest).ok_or(DecodeError::Length)?;
+            self.rest = rest;
+            if !value.is_finite() {
+                return Err(DecodeError::NotFinite);
+            }
+            *number = value;
+        }
+        Ok(())
     }
 
     /// Takes a one-byte dimension that must be `expected`.
     pub(super) fn take_dimension(&mut self, expected: usize) -> Result<(), DecodeError> {
-        let found: u8 = self.take()?;
+        let found = self.take_byte()?;
         if usize::from(found) == expected { Ok(()) } else { Err(DecodeError::Dimension(found)) }
     }
 

@@ -15,11 +15,25 @@
 //! length, and that every number is finite. Decoding never panics, whatever the bytes are. How frames are
 //! carried over UDP is not known here; carriers that ask for more have rooms of their own: a line of bytes without frames
 //! [`serial`], one whose frames are too short for these, or of fixed lengths, [`can`].
+//!
+//! ```
+//! use slqg::nalgebra::Vector1;
+//! use slqg::wire::{DecodeError, Measurement, decode_measurement, encode_measurement, measurement_len};
+//! use slqg::Tick;
+//!
+//! let measurement = Measurement { tick: Tick(7), output: Vector1::new(1.5_f32) };
+//! let mut buffer = [0; measurement_len(1, 4)];
+//! let frame = encode_measurement(&measurement, &mut buffer).expect("there is room");
+//! assert_eq!(frame[..8], [1, 1, 4, 7, 0, 0, 0, 1]);
+//! assert_eq!(decode_measurement(frame), Ok(measurement));
+//! assert_eq!(decode_measurement::<f32, 1>(&frame[1..]), Err(DecodeError::Checksum));
+//! ```
 
 pub mod can;
 mod envelope;
 mod length;
 mod payload;
+mod raw;
 pub mod serial;
 mod service;
 
@@ -29,6 +43,7 @@ pub use payload::{
     Acknowledgement, MOST_AGES, Measurement, decode_acknowledgement, decode_control, decode_measurement,
     encode_acknowledgement, encode_control, encode_measurement,
 };
+pub use raw::RawFrame;
 pub use service::{
     Clock, GainsAnswer, GainsPart, Question, Ran, Reference, Role, Service, Status, Tuned, TuningStep,
     Verdict, decode_applied, decode_gains_part, decode_reference, decode_service, encode_applied,
@@ -39,7 +54,7 @@ pub use service::{
 pub const VERSION: u8 = 1;
 
 /// Bytes around a payload: header and checksum.
-pub const OVERHEAD: usize = envelope::HEADER_LEN + envelope::CHECKSUM_LEN;
+pub const OVERHEAD: usize = raw::HEADER_LEN + raw::CHECKSUM_LEN;
 
 /// Bytes of the longest acknowledgement frame, that of [`MOST_AGES`] cycles.
 pub const LONGEST_ACKNOWLEDGEMENT: usize = acknowledgement_len(MOST_AGES);
@@ -79,6 +94,7 @@ pub const fn acknowledgement_len(ages: usize) -> usize {
 
 /// Why bytes are not the frame that was expected.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum DecodeError {
     /// Fewer bytes than header and checksum take.
     TooShort,
@@ -123,6 +139,7 @@ impl core::error::Error for DecodeError {}
 
 /// Why a frame could not be written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum EncodeError {
     /// The caller's buffer is shorter than the frame.
     BufferTooSmall,

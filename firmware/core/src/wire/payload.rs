@@ -9,7 +9,7 @@
 
 use super::envelope::{Kind, Reader, Writer};
 use super::{DecodeError, EncodeError};
-use crate::{Scalar, Tick, actuator::Age, sequence::ControlSequence};
+use crate::{Scalar, Tick, played::Age, sequence::ControlSequence};
 use nalgebra::SVector;
 
 /// Most cycles that one acknowledgement is about.
@@ -55,9 +55,7 @@ pub fn encode_measurement<'b, T: Scalar, const NY: usize>(
 ) -> Result<&'b [u8], EncodeError> {
     let mut writer = Writer::new::<T>(buffer, Kind::Measurement, measurement.tick)?;
     writer.put_count(NY)?;
-    for value in measurement.output.iter() {
-        writer.put(value)?;
-    }
+    writer.put_scalars(measurement.output.iter())?;
     writer.seal()
 }
 
@@ -71,9 +69,7 @@ pub fn decode_measurement<T: Scalar, const NY: usize>(
     let (tick, mut reader) = Reader::open::<T>(frame, Kind::Measurement)?;
     reader.take_dimension(NY)?;
     let mut output = SVector::<T, NY>::zeros();
-    for value in output.iter_mut() {
-        *value = reader.take_scalar()?;
-    }
+    reader.take_scalars(output.iter_mut())?;
     reader.finish()?;
     Ok(Measurement { tick, output })
 }
@@ -82,42 +78,36 @@ pub fn decode_measurement<T: Scalar, const NY: usize>(
 ///
 /// # Errors
 /// If `buffer` is too small or an input or the sequence has more than 255 entries.
-pub fn encode_control<'b, T: Scalar, const NU: usize, const N: usize>(
-    sequence: &ControlSequence<T, NU, N>,
+pub fn encode_control<'b, T: Scalar, const NU: usize>(
+    sequence: &ControlSequence<'_, T, NU>,
     buffer: &'b mut [u8],
 ) -> Result<&'b [u8], EncodeError> {
     let mut writer = Writer::new::<T>(buffer, Kind::Control, sequence.tick)?;
     writer.put_count(NU)?;
     writer.put_count(sequence.inputs.len())?;
-    for value in sequence.inputs.iter().flat_map(|input| input.iter()) {
-        writer.put(value)?;
+    for input in sequence.inputs {
+        writer.put_scalars(input.iter())?;
     }
     writer.seal()
 }
 
-/// Reads a control frame of up to `N` inputs; all its numbers are finite.
+/// Reads a control frame into `room`, which holds as many inputs as a sequence may have; all its numbers are finite.
 ///
 /// # Errors
-/// Says why the bytes are not a sequence that fits.
-pub fn decode_control<T: Scalar, const NU: usize, const N: usize>(
+/// Says why the bytes are not a sequence that fits. What `room` holds then means nothing.
+pub fn decode_control<'s, T: Scalar, const NU: usize>(
     frame: &[u8],
-) -> Result<ControlSequence<T, NU, N>, DecodeError> {
+    room: &'s mut [SVector<T, NU>],
+) -> Result<ControlSequence<'s, T, NU>, DecodeError> {
     let (tick, mut reader) = Reader::open::<T>(frame, Kind::Control)?;
     reader.take_dimension(NU)?;
-    let length: u8 = reader.take()?;
-    if usize::from(length) > N {
-        return Err(DecodeError::Capacity(length));
-    }
-    let mut sequence = ControlSequence { tick, inputs: heapless::Vec::new() };
-    for _ in 0..length {
-        let mut input = SVector::<T, NU>::zeros();
-        for value in input.iter_mut() {
-            *value = reader.take_scalar()?;
-        }
-        sequence.inputs.push(input).map_err(|_| DecodeError::Capacity(length))?;
+    let length = reader.take_byte()?;
+    let inputs = room.get_mut(..length.into()).ok_or(DecodeError::Capacity(length))?;
+    for input in inputs.iter_mut() {
+        reader.take_scalars(input.iter_mut())?;
     }
     reader.finish()?;
-    Ok(sequence)
+    Ok(ControlSequence { tick, inputs })
 }
 
 /// Writes an acknowledgement frame into `buffer` and returns its bytes, [`super::acknowledgement_len`] of them and
@@ -136,7 +126,7 @@ pub fn encode_acknowledgement<'b, T: Scalar>(
     }
     let mut writer = Writer::new::<T>(buffer, Kind::Acknowledgement, acknowledgement.tick)?;
     for age in &acknowledgement.ages {
-        writer.put(&byte_of(*age)?)?;
+        writer.put_bytes(&[byte_of(*age)?])?;
     }
     writer.seal()
 }

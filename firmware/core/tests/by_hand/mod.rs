@@ -1,12 +1,13 @@
 //! One controller, fed by hand.
 #![allow(dead_code)]
 
-use crate::double_integrator::{Node, Workshop};
-use slqg::actuator::{Age, Settings};
+use crate::double_integrator::{LENGTH, Node, Workshop};
+use crate::lent;
+use slqg::actuator::Settings;
 use slqg::controller::RejectedFrame;
 use slqg::nalgebra::SVector;
 use slqg::wire::{self, Acknowledgement, Measurement};
-use slqg::{DefaultInput, Tick};
+use slqg::{Age, DefaultInput, Tick};
 
 pub(crate) fn workshop(default_input: DefaultInput) -> Workshop<f32> {
     Workshop::double_integrator(Settings { default_input, limits: None })
@@ -30,13 +31,13 @@ pub(crate) fn measure(controller: &mut Node<'_, f32>, tick: u32, output: f32) {
 pub(crate) fn cycle(controller: &mut Node<'_, f32>) -> Vec<f32> {
     let mut buffer = [0; 64];
     let frame = controller.cycle(&mut buffer).expect("there is room").expect("finite");
-    let sequence = wire::decode_control::<f32, 1, 6>(frame).expect("a control frame");
+    let sequence = lent::decoded::<f32, 1>(frame, LENGTH).expect("a control frame");
     sequence.inputs.iter().map(|input| input[0]).collect()
 }
 
 /// A controller that has measured something and run cycles 0 to 4, with what it sent in each.
 pub(crate) fn after_five_cycles(workshop: &Workshop<f32>) -> (Node<'_, f32>, Vec<Vec<f32>>) {
-    let mut controller = Node::new(workshop.design(), Tick(0)).expect("a fitting design");
+    let mut controller = lent::controller(workshop.design(), Tick(0)).expect("a fitting design");
     measure(&mut controller, 0, 1.0);
     let sent = (0..5).map(|_| cycle(&mut controller)).collect();
     (controller, sent)

@@ -12,12 +12,9 @@ use slqg::{DefaultInput, Scalar, arrival};
 pub(crate) const LENGTH: usize = 4;
 /// Most cycles a measurement may be late.
 pub(crate) const LATE: usize = 6;
-/// A controller of some more capacity than the law needs.
+/// A controller of the double integrator.
 #[allow(dead_code)]
-pub(crate) type Node<'a, T> = Controller<'a, T, 2, 1, 1, 6, 8>;
-/// One that can keep every age apart.
-#[allow(dead_code)]
-pub(crate) type Apart<'a, T> = Controller<'a, T, 2, 1, 1, 6, 8, { LENGTH + 1 }>;
+pub(crate) type Node<'a, T> = Controller<'a, T, 2, 1, 1>;
 
 /// Delay probabilities of the control packets; the rest to 1 is loss.
 pub(crate) const DELAYS: [f64; 5] = [0.4, 0.2, 0.15, 0.1, 0.05];
@@ -42,24 +39,6 @@ pub(crate) fn at_fixed_point<Out>(
     look(&mut synthesis, &survival)
 }
 
-/// A scalar type in which gains can be checked.
-pub(crate) trait Number: Scalar {
-    /// `Gains::check` of this type.
-    fn gains<'a>(default_input: DefaultInput, tables: Tables<'a, Self>) -> Gains<'a, Self, 2, 1>;
-}
-
-impl Number for f32 {
-    fn gains<'a>(default_input: DefaultInput, tables: Tables<'a, f32>) -> Gains<'a, f32, 2, 1> {
-        Gains::<f32, 2, 1>::check(LENGTH, default_input, tables).expect("tables of the right shape")
-    }
-}
-
-impl Number for f64 {
-    fn gains<'a>(default_input: DefaultInput, tables: Tables<'a, f64>) -> Gains<'a, f64, 2, 1> {
-        Gains::<f64, 2, 1>::check(LENGTH, default_input, tables).expect("tables of the right shape")
-    }
-}
-
 /// The design of a closed loop, with everything that [`Design`] borrows.
 pub(crate) struct Workshop<T> {
     pub(crate) model: Model<T, 2, 1, 1>,
@@ -69,7 +48,7 @@ pub(crate) struct Workshop<T> {
     arrival: Vec<T>,
 }
 
-impl<T: Number> Workshop<T> {
+impl<T: Scalar> Workshop<T> {
     /// A double integrator with the optimal law for [`DELAYS`].
     pub(crate) fn double_integrator(settings: Settings<T, 1>) -> Self {
         let (gains, columns, table) = at_fixed_point(settings.default_input, |synthesis, survival| {
@@ -97,9 +76,10 @@ impl<T: Number> Workshop<T> {
     }
 
     pub(crate) fn design(&self) -> Design<'_, T, 2, 1, 1> {
-        let tables = Tables { lx: &self.lx, m: &self.m, arrival: &self.arrival };
+        let tables = Tables::check(&self.lx, &self.m, &self.arrival).expect("finite, and probabilities");
         Design {
-            gains: T::gains(self.settings.default_input, tables),
+            gains: Gains::check(LENGTH, self.settings.default_input, tables)
+                .expect("tables of the right shape"),
             model: &self.model,
             actuator: self.settings,
             measurement_buffer: LATE,

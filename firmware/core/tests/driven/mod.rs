@@ -1,49 +1,20 @@
 //! An estimator driven by hand: what is sent, measured and acknowledged in each cycle is the test's choice.
 
-use slqg::actuator::{Age, Limits, Settings};
+use crate::lent;
+use slqg::actuator::{Limits, Settings};
 use slqg::estimator::{Merging, ModeFilter, Model, Surroundings};
 use slqg::gains::{Gains, Tables};
 use slqg::in_flight::InFlight;
 use slqg::nalgebra::SVector;
-use slqg::{DefaultInput, Scalar, Tick, arrival, sequence::ControlSequence};
+use slqg::{Age, DefaultInput, Scalar, Tick, arrival};
 
 /// All ways to merge.
 #[allow(dead_code)]
 pub(crate) const MERGINGS: [Merging; 3] = [Merging::Single, Merging::Imm, Merging::Gpb2];
 
-/// A scalar type in which gains can be checked.
-pub(crate) trait Number: Scalar {
-    /// `Gains::check` of this type.
-    fn gains<'a, const NX: usize, const NU: usize>(
-        length: usize,
-        default_input: DefaultInput,
-        tables: Tables<'a, Self>,
-    ) -> Gains<'a, Self, NX, NU>;
-}
-
-impl Number for f32 {
-    fn gains<'a, const NX: usize, const NU: usize>(
-        length: usize,
-        default_input: DefaultInput,
-        tables: Tables<'a, f32>,
-    ) -> Gains<'a, f32, NX, NU> {
-        Gains::<f32, NX, NU>::check(length, default_input, tables).expect("tables of the right shape")
-    }
-}
-
-impl Number for f64 {
-    fn gains<'a, const NX: usize, const NU: usize>(
-        length: usize,
-        default_input: DefaultInput,
-        tables: Tables<'a, f64>,
-    ) -> Gains<'a, f64, NX, NU> {
-        Gains::<f64, NX, NU>::check(length, default_input, tables).expect("tables of the right shape")
-    }
-}
-
-/// The loop around an estimator: sequences have as many inputs as there is capacity for.
+/// The loop around an estimator, for sequences of `N` inputs.
 #[derive(Debug, Clone)]
-pub(crate) struct Link<T: Number, const NX: usize, const NU: usize, const NY: usize, const N: usize> {
+pub(crate) struct Link<T: Scalar, const NX: usize, const NU: usize, const NY: usize, const N: usize> {
     pub(crate) model: Model<T, NX, NU, NY>,
     pub(crate) settings: Settings<T, NU>,
     pub(crate) merging: Merging,
@@ -52,7 +23,8 @@ pub(crate) struct Link<T: Number, const NX: usize, const NU: usize, const NY: us
     gains: Vec<T>,
 }
 
-impl<T: Number, const NX: usize, const NU: usize, const NY: usize, const N: usize> Link<T, NX, NU, NY, N> {
+#[allow(dead_code)]
+impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize, const N: usize> Link<T, NX, NU, NY, N> {
     /// A packet is `d` cycles late with the probability `delays[d]`; the rest to 1 is loss.
     pub(crate) fn new(model: Model<T, NX, NU, NY>, delays: &[f64], settings: Settings<T, NU>) -> Self {
         let mut survival = [0.0; N];
@@ -70,54 +42,60 @@ impl<T: Number, const NX: usize, const NU: usize, const NY: usize, const N: usiz
     }
 
     /// An estimator in this loop that takes measurements up to `late` cycles late.
-    pub(crate) fn driven<const H: usize, const E: usize>(
+    ///
+    /// It remembers `H` cycles and keeps as many estimates as the merging asks for.
+    pub(crate) fn driven<const H: usize>(
         &self,
         merging: Merging,
         late: usize,
         start: Tick,
-    ) -> Driven<T, NX, NU, NY, N, H, E> {
+    ) -> Driven<T, NX, NU, NY, N, H> {
+        self.driven_keeping(merging.estimates(N), merging, late, start)
+    }
+
+    /// The same with `kept` estimates.
+    pub(crate) fn driven_keeping<const H: usize>(
+        &self,
+        kept: usize,
+        merging: Merging,
+        late: usize,
+        start: Tick,
+    ) -> Driven<T, NX, NU, NY, N, H> {
         let link = Self { merging, ..self.clone() };
-        let filter = ModeFilter::new(&link.model, late, start);
-        Driven { link, filter, in_flight: InFlight::default() }
+        let filter = lent::filter(&link.model, late, start, (N, H, kept));
+        Driven { link, filter, in_flight: lent::in_flight(N, N + H, start) }
     }
 
     fn gains(&self) -> Gains<'_, T, NX, NU> {
         let default_input = self.settings.default_input;
         let m = &self.gains[..N * NU * default_input.in_flight(N) * NU];
-        T::gains(N, default_input, Tables { lx: &self.gains[..N * NU * NX], m, arrival: &self.arrival })
+        let tables = Tables::check(&self.gains[..N * NU * NX], m, &self.arrival).expect("finite");
+        Gains::check(N, default_input, tables).expect("tables of the right shape")
     }
 }
 
 /// An estimator and its loop.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub(crate) struct Driven<
-    T: Number,
+    T: Scalar,
     const NX: usize,
     const NU: usize,
     const NY: usize,
     const N: usize,
     const H: usize,
-    const E: usize,
 > {
     pub(crate) link: Link<T, NX, NU, NY, N>,
-    pub(crate) filter: ModeFilter<T, NX, NU, NY, N, H, E>,
-    in_flight: InFlight<T, NU, N, H>,
+    pub(crate) filter: ModeFilter<'static, T, NX, NU, NY>,
+    in_flight: InFlight<'static, T, NU>,
 }
 
 #[allow(dead_code)]
-impl<
-    T: Number,
-    const NX: usize,
-    const NU: usize,
-    const NY: usize,
-    const N: usize,
-    const H: usize,
-    const E: usize,
-> Driven<T, NX, NU, NY, N, H, E>
+impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize, const N: usize, const H: usize>
+    Driven<T, NX, NU, NY, N, H>
 {
     fn with<Out>(
         &mut self,
-        run: impl FnOnce(&mut ModeFilter<T, NX, NU, NY, N, H, E>, &Surroundings<'_, T, NX, NU, NY, N, H>) -> Out,
+        run: impl FnOnce(&mut ModeFilter<'static, T, NX, NU, NY>, &Surroundings<'_, T, NX, NU, NY>) -> Out,
     ) -> Out {
         let Self { link, filter, in_flight } = self;
         let gains = link.gains();
@@ -140,9 +118,10 @@ impl<
     /// Ends the cycle, in which `sent` was sent.
     pub(crate) fn advance(&mut self, sent: Option<[SVector<T, NU>; N]>) {
         self.filter();
-        let tick = self.filter.tick();
-        let inputs = |inputs: [SVector<T, NU>; N]| inputs.into_iter().collect();
-        self.in_flight.push(sent.map(|sent| ControlSequence { tick, inputs: inputs(sent) }));
+        if let Some(sent) = &sent {
+            self.in_flight.candidate().copy_from_slice(sent);
+        }
+        self.in_flight.push(sent.is_some());
         self.with(|filter, around| filter.advance(around));
     }
 
@@ -186,7 +165,7 @@ pub(crate) fn ages<const N: usize>() -> impl Iterator<Item = Age> {
 
 /// An actuator without limits, or with some of this size.
 #[allow(dead_code)]
-pub(crate) fn settings<T: Number>(default_input: DefaultInput, limit: Option<f64>) -> Settings<T, 1> {
+pub(crate) fn settings<T: Scalar>(default_input: DefaultInput, limit: Option<f64>) -> Settings<T, 1> {
     let bound = |limit: f64| SVector::from([T::nearest(limit)]);
     Settings { default_input, limits: limit.map(|limit| Limits { min: bound(-limit), max: bound(limit) }) }
 }

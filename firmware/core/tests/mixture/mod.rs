@@ -1,12 +1,13 @@
 //! All that may have happened on a link in a few cycles, and what is then known of state and ages: exactly.
 
 use crate::dice::Dice;
-use crate::driven::{Link, Number, ages, settings};
+use crate::driven::{Link, ages, settings};
+use crate::lent;
 use crate::plain::Plain;
-use slqg::actuator::{Actuator, Age, Applied};
+use slqg::actuator::Applied;
 use slqg::estimator::Model;
 use slqg::nalgebra::{SMatrix, SVector};
-use slqg::{DefaultInput, Tick, sequence::ControlSequence};
+use slqg::{Age, DefaultInput, Scalar, Tick, sequence::ControlSequence};
 use std::collections::BTreeMap;
 
 /// Inputs per sequence.
@@ -17,7 +18,7 @@ pub(crate) type Inputs<T> = [SVector<T, 1>; LENGTH];
 
 /// A random plant on a random link for a few cycles.
 #[allow(dead_code)]
-pub(crate) struct Scenario<T: Number> {
+pub(crate) struct Scenario<T: Scalar> {
     pub(crate) link: Link<T, 2, 1, 1, LENGTH>,
     delays: Vec<f64>,
     /// What is sent in each cycle.
@@ -31,7 +32,7 @@ pub(crate) struct Scenario<T: Number> {
 }
 
 #[allow(dead_code)]
-impl<T: Number> Scenario<T> {
+impl<T: Scalar> Scenario<T> {
     pub(crate) fn new(dice: &mut Dice, default_input: DefaultInput, cycles: usize) -> Self {
         let mut number = |size: f64| T::nearest((dice.roll() - 0.5) * 2.0 * size);
         let a = SMatrix::from_fn(|_, _| number(1.2));
@@ -74,16 +75,15 @@ impl<T: Number> Scenario<T> {
 
     /// What is applied if the sequences are late by `delays`.
     fn play(&self, delays: &[Option<usize>]) -> Vec<Applied<T, 1>> {
-        let mut actuator = Actuator::<T, 1, LENGTH>::new(self.link.settings, Tick(0));
+        let mut actuator = lent::actuator(self.link.settings, Tick(0), LENGTH);
         let play = |cycle: usize| {
             // Those before have run out.
             let oldest = cycle.saturating_sub(LENGTH);
             for (made, delay) in delays.iter().enumerate().take(cycle + 1).skip(oldest) {
-                let inputs = self.sent[made].filter(|_| *delay == Some(cycle - made));
+                let inputs = self.sent[made].as_ref().filter(|_| *delay == Some(cycle - made));
                 if let Some(inputs) = inputs {
-                    let inputs = inputs.into_iter().collect();
                     // Past ones and those run out are the actuator's to refuse.
-                    let _ = actuator.offer(ControlSequence { tick: Tick(made as u32), inputs });
+                    let _ = actuator.offer(&ControlSequence { tick: Tick(made as u32), inputs });
                 }
             }
             actuator.step()

@@ -12,6 +12,7 @@ impl Dice {
         (self.0 >> 11) as f64 / (1u64 << 53) as f64
     }
 
+    #[allow(dead_code)]
     /// A delay by `probabilities`, `None` for loss.
     pub(crate) fn delay(&mut self, probabilities: &[f64]) -> Option<usize> {
         let mut left = self.roll();

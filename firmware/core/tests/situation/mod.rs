@@ -3,16 +3,17 @@
 //! It shares no formula with the core: a packet's delay is conditioned on the acknowledged age by leaving out the delays
 //! that contradict it, and what is played is an actuator's doing.
 
+use crate::lent;
 use proptest::prelude::*;
-use slqg::actuator::{Actuator, Age, Settings};
+use slqg::actuator::{Actuator, Settings};
 use slqg::gains::{Gains, Tables};
 use slqg::in_flight::InFlight;
 use slqg::nalgebra::SVector;
-use slqg::{DefaultInput, Tick, arrival, sequence::ControlSequence};
+use slqg::played::Played;
+use slqg::{Age, DefaultInput, Tick, arrival, sequence::ControlSequence};
 
 /// The longest sequence.
 pub(crate) const CAPACITY: usize = 5;
-pub(crate) type Sequence<const NU: usize> = ControlSequence<f64, NU, CAPACITY>;
 
 /// The cycle in which the controller decides.
 pub(crate) const NOW: Tick = Tick(2);
@@ -37,27 +38,32 @@ pub(crate) struct Situation {
 }
 
 impl Situation {
-    /// The packet sent `b >= 1` cycles ago.
-    pub(crate) fn packet<const NU: usize>(&self, b: usize) -> Sequence<NU> {
+    /// The inputs of the packet sent `b >= 1` cycles ago.
+    pub(crate) fn packet<const NU: usize>(&self, b: usize) -> Vec<SVector<f64, NU>> {
         let number = |entry: usize, row: usize| self.numbers[(b * CAPACITY + entry) * 2 + row];
-        let inputs = (0..self.length).map(|entry| SVector::from_fn(|row, _| number(entry, row))).collect();
-        Sequence { tick: NOW - b as u32, inputs }
+        (0..self.length).map(|entry| SVector::from_fn(|row, _| number(entry, row))).collect()
+    }
+
+    /// Offers the packet sent `b >= 1` cycles ago to `actuator`, which refuses run out and past ones.
+    pub(crate) fn arrives<const NU: usize>(&self, b: usize, actuator: &mut Actuator<'_, f64, NU>) -> bool {
+        let inputs = self.packet(b);
+        actuator.offer(&ControlSequence { tick: NOW - b as u32, inputs: &inputs }).is_ok()
     }
 
     /// The actuator at the beginning of `NOW`, and what it played in the cycle before.
-    pub(crate) fn actuator<const NU: usize>(&self) -> (Actuator<f64, NU, CAPACITY>, SVector<f64, NU>) {
+    pub(crate) fn actuator<const NU: usize>(&self) -> (Actuator<'static, f64, NU>, SVector<f64, NU>) {
         let settings = Settings { default_input: self.default_input, limits: None };
-        let mut actuator = Actuator::new(settings, NOW - 2);
+        let mut actuator = lent::actuator(settings, NOW - 2, CAPACITY);
         if self.age == Age::Empty {
             // Its last input is for the cycle before the last: the default input follows it. It is older than
             // any packet that may still be of use.
-            let inputs = (0..CAPACITY).map(|entry| SVector::repeat(self.numbers[entry])).collect();
-            let before = Sequence { tick: NOW - 1 - CAPACITY as u32, inputs };
-            actuator.offer(before).expect("it has an input left");
+            let inputs: Vec<_> = (0..CAPACITY).map(|entry| SVector::repeat(self.numbers[entry])).collect();
+            let before = ControlSequence { tick: NOW - 1 - CAPACITY as u32, inputs: &inputs };
+            actuator.offer(&before).expect("it has an input left");
         }
         actuator.step();
         if let Some(steps) = self.age.steps() {
-            actuator.offer(self.packet(steps + 1)).expect("acknowledged");
+            assert!(self.arrives(steps + 1, &mut actuator), "acknowledged");
         }
         let played = actuator.step();
         assert_eq!(played.age, self.age);
@@ -113,25 +119,26 @@ impl Situation {
         survival
     }
 
-    /// Calls `look` with the law `gains` (`[Lx M]`, by rows), which knows the link, and with what was sent.
+    /// Calls `look` with the law `gains` (`[Lx M]`, by rows), which knows the link, with what was sent, and with what was
+    /// played in the last cycle.
     pub(crate) fn with_law<const NX: usize, const NU: usize, Out>(
         &self,
         gains: &[f64],
-        look: impl FnOnce(&Gains<'_, f64, NX, NU>, &InFlight<f64, NU, CAPACITY, 1>) -> Out,
+        look: impl FnOnce(&Gains<'_, f64, NX, NU>, &InFlight<'_, f64, NU>, Played<'static, f64, NU>) -> Out,
     ) -> Out {
         let mut table = vec![0.0; arrival::table_len(self.length)];
         arrival::fill_table(&self.survival(), &mut table);
         let rows = || gains.chunks(NX + self.default_input.in_flight(self.length) * NU);
         let lx: Vec<f64> = rows().flat_map(|row| &row[..NX]).copied().collect();
         let m: Vec<f64> = rows().flat_map(|row| &row[NX..]).copied().collect();
-        let tables = Tables { lx: &lx, m: &m, arrival: &table };
+        let tables = Tables::check(&lx, &m, &table).expect("finite, and probabilities");
         let gains = Gains::<f64, NX, NU>::check(self.length, self.default_input, tables).expect("valid");
-        let mut in_flight = InFlight::default();
+        let mut in_flight = lent::in_flight(self.length, CAPACITY, NOW - CAPACITY as u32);
         for b in (1..=CAPACITY).rev() {
-            in_flight.push(self.sent[b - 1].then(|| self.packet(b)));
+            in_flight.candidate().copy_from_slice(&self.packet(b));
+            in_flight.push(self.sent[b - 1]);
         }
-        in_flight.acknowledge(self.age, self.actuator().1);
-        look(&gains, &in_flight)
+        look(&gains, &in_flight, Played::Known(self.age, self.actuator().1))
     }
 }
 

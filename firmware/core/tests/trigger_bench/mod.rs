@@ -1,45 +1,14 @@
 //! A double integrator with the trigger for its law.
 
-use crate::double_integrator::{LENGTH, Number, Workshop, at_fixed_point};
-use slqg::DefaultInput;
+use crate::double_integrator::{LENGTH, Workshop, at_fixed_point};
 use slqg::actuator::Settings;
+use slqg::checked::NonNegative;
 use slqg::controller::Design;
-use slqg::event::{InvalidTrigger, TableLengths, Tables, Trigger};
+use slqg::event::{TableLengths, Tables, Trigger};
+use slqg::{DefaultInput, Scalar};
 
 /// Both default inputs.
 pub(crate) const BOTH: [DefaultInput; 2] = [DefaultInput::Zero, DefaultInput::Hold];
-
-/// A scalar type in which triggers can be checked.
-pub(crate) trait Judge: Number {
-    fn trigger<'a>(
-        length: usize,
-        default_input: DefaultInput,
-        send_cost: f64,
-        tables: Tables<'a, Self>,
-    ) -> Result<Trigger<'a, Self, 2, 1>, InvalidTrigger>;
-}
-
-impl Judge for f32 {
-    fn trigger<'a>(
-        length: usize,
-        default_input: DefaultInput,
-        send_cost: f64,
-        tables: Tables<'a, f32>,
-    ) -> Result<Trigger<'a, f32, 2, 1>, InvalidTrigger> {
-        Trigger::<f32, 2, 1>::check(length, default_input, send_cost as f32, tables)
-    }
-}
-
-impl Judge for f64 {
-    fn trigger<'a>(
-        length: usize,
-        default_input: DefaultInput,
-        send_cost: f64,
-        tables: Tables<'a, f64>,
-    ) -> Result<Trigger<'a, f64, 2, 1>, InvalidTrigger> {
-        Trigger::<f64, 2, 1>::check(length, default_input, send_cost, tables)
-    }
-}
 
 /// The double integrator with the tables of its trigger.
 pub(crate) struct Bench<T> {
@@ -50,7 +19,7 @@ pub(crate) struct Bench<T> {
     sequence: Vec<T>,
 }
 
-impl<T: Judge> Bench<T> {
+impl<T: Scalar> Bench<T> {
     pub(crate) fn new(default_input: DefaultInput) -> Self {
         let tables = at_fixed_point(default_input, |synthesis, _| {
             let lengths = TableLengths::of(LENGTH, default_input, 2, 1);
@@ -66,12 +35,10 @@ impl<T: Judge> Bench<T> {
         Self { workshop, default_input, state, in_flight, sequence }
     }
 
-    fn tables(&self) -> Tables<'_, T> {
-        Tables { state: &self.state, in_flight: &self.in_flight, sequence: &self.sequence }
-    }
-
     pub(crate) fn trigger(&self, send_cost: f64) -> Trigger<'_, T, 2, 1> {
-        T::trigger(LENGTH, self.default_input, send_cost, self.tables()).expect("tables of the right shape")
+        let tables = Tables::check(&self.state, &self.in_flight, &self.sequence).expect("finite");
+        let send_cost = NonNegative::check(T::nearest(send_cost)).expect("a cost");
+        Trigger::check(LENGTH, self.default_input, send_cost, tables).expect("tables of the right shape")
     }
 
     pub(crate) fn design<'b>(&'b self, trigger: Option<Trigger<'b, T, 2, 1>>) -> Design<'b, T, 2, 1, 1> {

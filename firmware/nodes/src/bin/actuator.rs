@@ -11,7 +11,7 @@ fn main() {
 #[cortex_m_rt::entry]
 fn main() -> ! {
     use slqg_nodes::actuator::{LONGEST_IN, LONGEST_OUT, Node};
-    slqg_nodes::program::run::<_, LONGEST_IN, { slqg::wire::serial::stuffed_len(LONGEST_OUT) }>(
-        Node::default(),
-    )
+    let mut memory = slqg_nodes::design::ACTUATOR_MEMORY;
+    let node = Node::new(&mut memory);
+    slqg_nodes::program::run::<_, LONGEST_IN, { slqg::wire::serial::stuffed_len(LONGEST_OUT) }>(node)
 }

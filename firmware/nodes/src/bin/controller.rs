@@ -11,7 +11,11 @@ fn main() {
 #[cortex_m_rt::entry]
 fn main() -> ! {
     use slqg_nodes::controller::{LONGEST_IN, LONGEST_OUT, Node};
-    slqg_nodes::program::run::<_, LONGEST_IN, { slqg::wire::serial::stuffed_len(LONGEST_OUT) }>(
-        Node::default(),
-    )
+    use slqg_nodes::{
+        design::Memory,
+        laws::{BANK_MEMORY, Sent},
+    };
+    let (mut memory, mut bank) = (Memory::new(), [0.0; BANK_MEMORY]);
+    let node = Node::new(&mut memory, Sent::new(&mut bank));
+    slqg_nodes::program::run::<_, LONGEST_IN, { slqg::wire::serial::stuffed_len(LONGEST_OUT) }>(node)
 }

@@ -10,7 +10,7 @@ use slqg::{
     wire::{self, GainsAnswer, GainsPart},
 };
 
-pub use sent::{LARGEST_PART, Sent};
+pub use sent::{BANK_MEMORY, LARGEST_PART, Sent};
 #[cfg(feature = "tuning")]
 pub use tuned::Tuned;
 
@@ -21,7 +21,7 @@ pub trait Laws {
     /// Takes a part of a blob, and says what to answer.
     fn take(&mut self, part: &GainsPart<'_>) -> GainsAnswer;
     /// Takes what acknowledgements have told, before each cycle.
-    fn observe(&mut self, _controller: &design::Controller) {}
+    fn observe(&mut self, _controller: &design::Controller<'_>) {}
     /// Does what there is time for once the frame is sent; tells of what has come of it.
     fn work(&mut self) -> Option<wire::Tuned> {
         None

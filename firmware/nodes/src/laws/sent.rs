@@ -5,7 +5,7 @@ use crate::design::{ACTUATOR, DESIGN, INPUTS, SEQUENCE_LENGTH, STATES, Scalar};
 use crate::dimensions::DESIGN_ID;
 use slqg::{
     Scalar as _,
-    bank::Bank,
+    bank::{self, Bank},
     blob::{self, BlobError, Reception, Shape},
     controller::Law,
     wire::{GainsAnswer, GainsPart, Verdict},
@@ -17,19 +17,23 @@ pub const LARGEST_PART: usize = 32;
 const SHAPE: Shape =
     Shape { length: SEQUENCE_LENGTH, states: STATES, inputs: INPUTS, default_input: ACTUATOR.default_input };
 
+/// Numbers of memory for the laws that arrive.
+pub const BANK_MEMORY: usize = bank::memory_len(&SHAPE);
+
 /// A blob on its way, and the law that was the last one to arrive.
-pub struct Sent {
+pub struct Sent<'m> {
     /// `None` where new gains would leave tables of the design behind.
-    bank: Option<Bank<Scalar, STATES, INPUTS, { blob::storage_len(&SHAPE) }>>,
+    bank: Option<Bank<'m, Scalar, STATES, INPUTS>>,
     reception: Reception<{ blob::encoded_len(&SHAPE, Scalar::BYTES) }>,
 }
 
-impl Default for Sent {
-    fn default() -> Self {
+impl<'m> Sent<'m> {
+    /// Nothing has arrived yet.
+    pub fn new(memory: &'m mut [Scalar; BANK_MEMORY]) -> Self {
         Self {
             // Preview gains and trigger belong to the gains, and are not in a blob.
             bank: match (&DESIGN.preview, &DESIGN.trigger) {
-                (None, None) => Bank::new(SHAPE.length, SHAPE.default_input),
+                (None, None) => Bank::new(SHAPE.length, SHAPE.default_input, memory),
                 _ => None,
             },
             reception: Reception::default(),
@@ -37,7 +41,7 @@ impl Default for Sent {
     }
 }
 
-impl Laws for Sent {
+impl Laws for Sent<'_> {
     fn law(&self) -> Option<Law<'_, Scalar, STATES, INPUTS>> {
         self.bank.as_ref()?.law()
     }

@@ -48,7 +48,7 @@ impl Laws for Tuned<'_> {
         GainsAnswer { received: 0, verdict: Verdict::Dimensions }
     }
 
-    fn observe(&mut self, controller: &design::Controller) {
+    fn observe(&mut self, controller: &design::Controller<'_>) {
         self.tuner.observe(controller);
     }
 

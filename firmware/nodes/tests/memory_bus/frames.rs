@@ -2,8 +2,8 @@
 
 use super::{BusFrame, Memory, form, standard};
 use embedded_can::Frame;
+use slqg::Age;
 use slqg::Tick;
-use slqg::actuator::Age;
 use slqg::nalgebra::{SVector, Vector2};
 use slqg::sequence::ControlSequence;
 use slqg::wire::{self, Acknowledgement, Clock, Kind, Measurement};
@@ -29,8 +29,8 @@ pub(crate) fn measurement(tick: u32, output: [f32; 2]) -> Vec<u8> {
 }
 
 pub(crate) fn control<const NU: usize>(tick: u32, inputs: &[f32]) -> Vec<u8> {
-    let inputs = inputs.iter().map(|&input| SVector::<f32, NU>::from_element(input)).collect();
-    let sequence = ControlSequence::<f32, NU, 8> { tick: Tick(tick), inputs };
+    let inputs = inputs.iter().map(|&input| SVector::<f32, NU>::from_element(input)).collect::<Vec<_>>();
+    let sequence = ControlSequence { tick: Tick(tick), inputs: &inputs };
     wire::encode_control(&sequence, &mut [0; 256]).expect("room").to_vec()
 }
 

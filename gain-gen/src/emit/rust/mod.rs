@@ -61,8 +61,15 @@ fn header(emission: &Emission<'_>, origin: &str) -> String {
 //         include!(\"path of this file\");
 //     }}
 //
-// then begin with `design::Controller::new(design::DESIGN, slqg::Tick(0))` at one end of the link and with
-// `design::Actuator::new(design::ACTUATOR, slqg::Tick(0))` at the other.
+// then begin at one end of the link with
+//
+//     let mut memory = design::Memory::new();
+//     let controller = design::Controller::new(design::DESIGN, slqg::Tick(0), memory.lend());
+//
+// and at the other with
+//
+//     let mut memory = design::ACTUATOR_MEMORY;
+//     let actuator = design::Actuator::new(design::ACTUATOR, slqg::Tick(0), &mut memory);
 ",
         standing = emission.standing.lines().iter().map(|line| format!("// {line}\n")).collect::<String>(),
         version = env!("CARGO_PKG_VERSION"),
@@ -151,12 +158,12 @@ pub static GAINS: slqg::gains::Gains<'static, Scalar, STATES, INPUTS> =
         SEQUENCE_LENGTH,
         {default},
         slqg::gains::Tables {{
-            lx: &[
-{lx}            ],
-            m: &[
-{m}            ],
-            arrival: &[
-{arrival}            ],
+            lx: slqg::checked::Finite::<Scalar>::new(&[
+{lx}            ]),
+            m: slqg::checked::Finite::<Scalar>::new(&[
+{m}            ]),
+            arrival: slqg::checked::Probabilities::<Scalar>::new(&[
+{arrival}            ]),
         }},
     );
 ",
@@ -249,13 +256,30 @@ pub static DESIGN: slqg::controller::Design<'static, Scalar, STATES, INPUTS, OUT
         grid: {grid},
     }};
 
-/// A controller with room for this design.
+/// A controller of this design; it is lent a [`Memory`].
 #[rustfmt::skip]
-pub type Controller =
-    slqg::controller::Controller<'static, Scalar, STATES, INPUTS, OUTPUTS, SEQUENCE_LENGTH, HISTORY, ESTIMATES>;
+pub type Controller<'memory> = slqg::controller::Controller<'memory, Scalar, STATES, INPUTS, OUTPUTS>;
 
-/// An actuator with room for this design.
-pub type Actuator = slqg::actuator::Actuator<Scalar, INPUTS, SEQUENCE_LENGTH>;
+slqg::controller_memory! {{
+    /// Memory of one controller of this design.
+    pub struct Memory: Scalar, STATES, INPUTS, OUTPUTS;
+    slqg::controller::Sizes::of(SEQUENCE_LENGTH, HISTORY, ESTIMATES)
+}}
+
+/// An actuator for this design; it is lent an [`ActuatorMemory`].
+#[rustfmt::skip]
+pub type Actuator<'memory> = slqg::actuator::Actuator<'memory, Scalar, INPUTS>;
+
+/// Memory of one actuator for this design.
+#[rustfmt::skip]
+pub type ActuatorMemory =
+    [slqg::nalgebra::SVector<Scalar, INPUTS>; slqg::actuator::memory_len(SEQUENCE_LENGTH)];
+
+/// Memory of an actuator that has not begun.
+#[rustfmt::skip]
+pub const ACTUATOR_MEMORY: ActuatorMemory =
+    [slqg::nalgebra::SVector::from_array_storage(slqg::nalgebra::ArrayStorage([[0.0; INPUTS]]));
+        slqg::actuator::memory_len(SEQUENCE_LENGTH)];
 ",
         default = default_input(emission),
         gains = if emission.task.is_some() { "HORIZON[0]" } else { "GAINS" },

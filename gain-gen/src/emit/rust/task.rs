@@ -17,11 +17,11 @@ pub(super) fn gains(emission: &Emission<'_>, task: &TaskGains<'_>) -> Result<Str
         SEQUENCE_LENGTH,
         {default},
         slqg::gains::Tables {{
-            lx: &[
-{lx}            ],
-            m: &[
-{m}            ],
-            arrival: &ARRIVAL,
+            lx: slqg::checked::Finite::<Scalar>::new(&[
+{lx}            ]),
+            m: slqg::checked::Finite::<Scalar>::new(&[
+{m}            ]),
+            arrival: slqg::checked::Probabilities::<Scalar>::new(&ARRIVAL),
         }},
     ),
 ",

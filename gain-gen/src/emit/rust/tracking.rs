@@ -72,10 +72,10 @@ pub static PREVIEW: slqg::tracking::Preview<'static, Scalar, INPUTS> =
         TRACKED_OUTPUTS,
         PREVIEW_SAMPLES,
         slqg::tracking::Tables {{
-            sequence: &[
-{sequence}            ],
-            displaced: &[
-{displaced}            ],
+            sequence: slqg::checked::Finite::<Scalar>::new(&[
+{sequence}            ]),
+            displaced: slqg::checked::Finite::<Scalar>::new(&[
+{displaced}            ]),
         }},
     );
 ",
@@ -114,7 +114,7 @@ pub(super) fn feedforward(
     Ok(Some(format!(
         "\
 /// What the reference adds to the sequence of each cycle of the task, its {length} one after the other: before cycle
-/// `k` hand `slqg::tracking::Feedforward::from_rows(&FEEDFORWARD[k])` to the controller's `set_feedforward`.
+/// `k` hand `&FEEDFORWARD[k]` to the controller's `set_feedforward_rows`.
 {surprise}#[rustfmt::skip]
 #[allow(clippy::approx_constant)]
 pub static FEEDFORWARD: [[Scalar; SEQUENCE_LENGTH * INPUTS]; CYCLES] = [

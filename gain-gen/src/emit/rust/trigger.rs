@@ -35,14 +35,14 @@ pub static TRIGGER: slqg::event::Trigger<'static, Scalar, STATES, INPUTS> =
     slqg::event::Trigger::<Scalar, STATES, INPUTS>::new(
         SEQUENCE_LENGTH,
         {default},
-        SEND_COST,
+        slqg::checked::NonNegative::<Scalar>::new(SEND_COST),
         slqg::event::Tables {{
-            state: &[
-{state}            ],
-            in_flight: &[
-{in_flight}            ],
-            sequence: &[
-{sequence}            ],
+            state: slqg::checked::Finite::<Scalar>::new(&[
+{state}            ]),
+            in_flight: slqg::checked::Finite::<Scalar>::new(&[
+{in_flight}            ]),
+            sequence: slqg::checked::Finite::<Scalar>::new(&[
+{sequence}            ]),
         }},
     );
 ",

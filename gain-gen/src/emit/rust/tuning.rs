@@ -29,22 +29,21 @@ pub const TUNING: slqg::tuning::Basis<'static, Scalar> = slqg::tuning::Basis {{
     default_input: {default},
 }};
 
-/// Numbers of memory that a [`Tuner`] is given.
-pub const TUNING_MEMORY: usize = slqg::tuning::workspace_len(&TUNING.dimensions(STATES, INPUTS));
+/// Numbers of memory that a [`Tuner`] is lent.
+pub const TUNING_MEMORY: usize = slqg::tuning::tuner_len(&TUNING, STATES, INPUTS);
 
-/// Numbers of the tables of one law.
+/// Numbers of memory that a [`slqg::bank::Bank`] for laws of this design is lent.
 #[rustfmt::skip]
-pub const LAW_LEN: usize = slqg::blob::storage_len(&slqg::blob::Shape {{
+pub const BANK_MEMORY: usize = slqg::bank::memory_len(&slqg::blob::Shape {{
     length: SEQUENCE_LENGTH,
     states: STATES,
     inputs: INPUTS,
     default_input: {default},
 }});
 
-/// A tuner with room for this design.
+/// A tuner for this design.
 #[rustfmt::skip]
-pub type Tuner<'memory> =
-    slqg::tuning::Tuner<'static, 'memory, Scalar, STATES, INPUTS, SEQUENCE_LENGTH, LAW_LEN>;
+pub type Tuner<'memory> = slqg::tuning::Tuner<'memory, Scalar, STATES, INPUTS>;
 ",
         q = table("cost.q").rows(&design.cost.q, 8)?,
         r = table("cost.r").rows(&design.cost.r, 8)?,

@@ -39,8 +39,8 @@ pub(crate) fn distribution(label: &str, series: &[(String, &[f64])]) -> String {
             let from = px((NAME + ROW) * number as f64);
             let (_, rest) = canvas.split_vertically(from);
             let (row, _) = rest.split_vertically(px(NAME + ROW));
-            let median = crate::monte_carlo::quantile(costs, 0.5);
-            let mean = crate::monte_carlo::mean(costs);
+            let median = crate::sample::quantile(costs, 0.5);
+            let mean = crate::sample::mean(costs);
             let entries = [(Swatch::ThinLine, "median".into()), (Swatch::Dashes, "mean".into())];
             legend::draw(&row, name, &entries, 8.0, PANEL)?;
             let (_, chart) = row.split_vertically(px(NAME));

@@ -15,7 +15,7 @@ use crate::wire::{
     Acknowledgement, DecodeError, Measurement, decode_acknowledgement, decode_control, decode_measurement,
     encode_acknowledgement, encode_control, encode_measurement,
 };
-use crate::{Scalar, Tick, actuator::Age, sequence::ControlSequence};
+use crate::{Scalar, Tick, played::Age, sequence::ControlSequence};
 use embedded_can::{Frame, Id};
 use heapless::Vec;
 use nalgebra::SVector;
@@ -90,13 +90,14 @@ impl<T: Scalar, const NU: usize, const NY: usize> Compact<T, NU, NY> {
     /// # Errors
     /// Says why `frame` is no frame of this loop, or does not fit.
     pub fn pack<F: Frame>(&self, frame: &[u8]) -> Result<F, PackError> {
-        let kind = frame.get(1).copied();
-        let (id, data) = if kind == Some(Kind::Measurement as u8) {
+        let kind = Kind::of(frame);
+        let (id, data) = if kind == Some(Kind::Measurement) {
             let Measurement { tick, output } = decode_measurement(frame).map_err(PackError::Decode)?;
             (self.identifiers.measurement, counted(tick, &self.outputs, &[output])?)
-        } else if kind == Some(Kind::Control as u8) {
-            let sequence = decode_control::<T, NU, MOST_VALUES>(frame).map_err(PackError::Decode)?;
-            (self.identifiers.control, counted(sequence.tick, &self.inputs, &sequence.inputs)?)
+        } else if kind == Some(Kind::Control) {
+            let mut room = [SVector::zeros(); MOST_VALUES];
+            let sequence = decode_control(frame, &mut room).map_err(PackError::Decode)?;
+            (self.identifiers.control, counted(sequence.tick, &self.inputs, sequence.inputs)?)
         } else {
             let acknowledgement = decode_acknowledgement::<T>(frame).map_err(PackError::Decode)?;
             (self.identifiers.acknowledgement, ages_of(&acknowledgement)?)
@@ -138,7 +139,7 @@ impl<T: Scalar, const NU: usize, const NY: usize> Compact<T, NU, NY> {
             encode_measurement(&Measurement { tick, output }, buffer)
         } else if id == control {
             let inputs = self.inputs.vectors(rest)?.ok_or(wrong_length)?;
-            encode_control(&ControlSequence { tick, inputs }, buffer)
+            encode_control(&ControlSequence { tick, inputs: &inputs }, buffer)
         } else if rest.is_empty() {
             return Err(wrong_length);
         } else {

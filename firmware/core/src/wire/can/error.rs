@@ -5,6 +5,7 @@ use crate::wire::{DecodeError, EncodeError};
 
 /// Why a compact form cannot be.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum InvalidCompact {
     /// Two kinds of frame share an identifier.
     Identifiers,
@@ -25,6 +26,7 @@ impl core::error::Error for InvalidCompact {}
 
 /// Why a frame does not go into a classic CAN frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum PackError {
     /// The bytes are no frame of this loop.
     Decode(DecodeError),
@@ -55,6 +57,7 @@ impl core::error::Error for PackError {}
 
 /// Why a classic CAN frame is no frame of this loop.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum UnpackError {
     /// Its identifier is none of this loop's.
     Identifier,

@@ -3,9 +3,8 @@
 use super::super::envelope::{Kind, Reader, Writer};
 use super::super::payload::{age_of, byte_of};
 use super::super::{DecodeError, EncodeError};
-use crate::{Scalar, Tick, actuator::Applied};
+use crate::{Scalar, Tick, played::Applied};
 use nalgebra::SVector;
-use serde::{Deserialize, Serialize};
 
 /// A piece of a blob, in order: [`crate::blob`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -29,9 +28,6 @@ pub struct Reference<T: Scalar, const NZ: usize, const S: usize> {
     pub samples: heapless::Vec<SVector<T, NZ>, S>,
 }
 
-#[derive(Serialize, Deserialize)]
-struct Fixed(#[serde(with = "postcard::fixint::le")] u16);
-
 /// Writes what left the actuator in a cycle, [`crate::wire::applied_len`] bytes.
 ///
 /// # Errors
@@ -41,11 +37,9 @@ pub fn encode_applied<'b, T: Scalar, const NU: usize>(
     buffer: &'b mut [u8],
 ) -> Result<&'b [u8], EncodeError> {
     let mut writer = Writer::new::<T>(buffer, Kind::Applied, applied.tick)?;
-    writer.put(&byte_of(applied.age)?)?;
+    writer.put_bytes(&[byte_of(applied.age)?])?;
     writer.put_count(NU)?;
-    for value in applied.input.iter() {
-        writer.put(value)?;
-    }
+    writer.put_scalars(applied.input.iter())?;
     writer.seal()
 }
 
@@ -55,12 +49,10 @@ pub fn encode_applied<'b, T: Scalar, const NU: usize>(
 /// Says why the bytes do not tell of `NU` inputs.
 pub fn decode_applied<T: Scalar, const NU: usize>(frame: &[u8]) -> Result<Applied<T, NU>, DecodeError> {
     let (tick, mut reader) = Reader::open::<T>(frame, Kind::Applied)?;
-    let age = age_of(reader.take()?);
+    let age = age_of(reader.take_byte()?);
     reader.take_dimension(NU)?;
     let mut input = SVector::<T, NU>::zeros();
-    for value in input.iter_mut() {
-        *value = reader.take_scalar()?;
-    }
+    reader.take_scalars(input.iter_mut())?;
     reader.finish()?;
     Ok(Applied { tick, input, age })
 }
@@ -74,11 +66,9 @@ pub fn encode_gains_part<'b, T: Scalar>(
     buffer: &'b mut [u8],
 ) -> Result<&'b [u8], EncodeError> {
     let mut writer = Writer::new::<T>(buffer, Kind::GainsPart, Tick(part.transfer))?;
-    writer.put(&Fixed(part.offset))?;
-    writer.put(&Fixed(part.total))?;
-    for byte in part.bytes {
-        writer.put(byte)?;
-    }
+    writer.put_bytes(&part.offset.to_le_bytes())?;
+    writer.put_bytes(&part.total.to_le_bytes())?;
+    writer.put_bytes(part.bytes)?;
     writer.seal()
 }
 
@@ -88,7 +78,7 @@ pub fn encode_gains_part<'b, T: Scalar>(
 /// Says why the bytes are none.
 pub fn decode_gains_part<T: Scalar>(frame: &[u8]) -> Result<GainsPart<'_>, DecodeError> {
     let (tick, mut reader) = Reader::open::<T>(frame, Kind::GainsPart)?;
-    let (Fixed(offset), Fixed(total)) = (reader.take()?, reader.take()?);
+    let (offset, total) = (reader.take_u16()?, reader.take_u16()?);
     Ok(GainsPart { transfer: tick.0, offset, total, bytes: reader.rest() })
 }
 
@@ -103,8 +93,8 @@ pub fn encode_reference<'b, T: Scalar, const NZ: usize, const S: usize>(
     let mut writer = Writer::new::<T>(buffer, Kind::Reference, reference.tick)?;
     writer.put_count(NZ)?;
     writer.put_count(reference.samples.len())?;
-    for value in reference.samples.iter().flat_map(|sample| sample.iter()) {
-        writer.put(value)?;
+    for sample in &reference.samples {
+        writer.put_scalars(sample.iter())?;
     }
     writer.seal()
 }
@@ -118,13 +108,11 @@ pub fn decode_reference<T: Scalar, const NZ: usize, const S: usize>(
 ) -> Result<Reference<T, NZ, S>, DecodeError> {
     let (tick, mut reader) = Reader::open::<T>(frame, Kind::Reference)?;
     reader.take_dimension(NZ)?;
-    let count: u8 = reader.take()?;
+    let count = reader.take_byte()?;
     let mut reference = Reference { tick, samples: heapless::Vec::new() };
     for _ in 0..count {
         let mut sample = SVector::<T, NZ>::zeros();
-        for value in sample.iter_mut() {
-            *value = reader.take_scalar()?;
-        }
+        reader.take_scalars(sample.iter_mut())?;
         reference.samples.push(sample).map_err(|_| DecodeError::Capacity(count))?;
     }
     reader.finish()?;

@@ -19,7 +19,7 @@ mod lists;
 
 use super::envelope::{Kind, Reader, Writer};
 use super::{DecodeError, EncodeError};
-use crate::{Scalar, Tick, tuning::Event};
+use crate::{Scalar, Tick};
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
 pub use lists::{
@@ -152,7 +152,7 @@ pub struct Status {
     pub variables: u32,
 }
 
-/// What a controller that tunes itself did in cycle `tick`: [`crate::tuning::Event`].
+/// What a controller that tunes itself did in cycle `tick`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Tuned {
     /// What it did.
@@ -175,22 +175,6 @@ pub enum TuningStep {
     Switched,
     /// What was found was not put in force.
     Kept,
-}
-
-impl<T: Scalar> From<Event<T>> for Tuned {
-    fn from(event: Event<T>) -> Self {
-        // As precise as whoever reads it needs.
-        let narrow = |value: T| value.widen() as f32;
-        match event {
-            Event::Started { distance } => {
-                Self { step: TuningStep::Started, steps: 0, value: narrow(distance) }
-            }
-            Event::Switched(solved) => {
-                Self { step: TuningStep::Switched, steps: solved.steps, value: narrow(solved.rate) }
-            }
-            Event::Kept(_) => Self { step: TuningStep::Kept, steps: 0, value: 0.0 },
-        }
-    }
 }
 
 macro_rules! service {

@@ -8,5 +8,6 @@ use slqg_nodes::actuator::Node;
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
-    slqg_stm32f407_can::program::run(Node::default(), Role::Actuator)
+    let mut memory = slqg_nodes::design::ACTUATOR_MEMORY;
+    slqg_stm32f407_can::program::run(Node::new(&mut memory), Role::Actuator)
 }

@@ -5,8 +5,11 @@
 
 use slqg::wire::Role;
 use slqg_nodes::controller::Node;
+use slqg_nodes::design::Memory;
+use slqg_nodes::laws::{BANK_MEMORY, Sent};
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
-    slqg_stm32f407_can::program::run(Node::default(), Role::Controller)
+    let (mut memory, mut bank) = (Memory::new(), [0.0; BANK_MEMORY]);
+    slqg_stm32f407_can::program::run(Node::new(&mut memory, Sent::new(&mut bank)), Role::Controller)
 }
