@@ -3,6 +3,7 @@
 mod balance;
 pub mod build;
 pub mod certificate;
+mod channels;
 pub mod design;
 pub mod discretise;
 pub mod emit;
@@ -15,6 +16,7 @@ pub mod lengths;
 pub mod margins;
 mod paragraph;
 pub mod report;
+mod saturation;
 pub mod solve;
 pub mod stability;
 pub mod sweep;

@@ -8,6 +8,7 @@
 //! | `spectrum` | eigenvalues, their uncertainty and their eigenvectors |
 //! | `coordinates` | states and outputs without units |
 //! | `critical` | the critical probability `q_crit` of the modified Riccati equation |
+//! | `channel` | the same over a link whose quality comes and goes |
 //! | `riccati` | the modified Riccati equation, solved as the control problem it mirrors |
 //! | `covariance` | bounds on the covariance of the estimation error |
 //!
@@ -24,6 +25,7 @@
 //! its own. `E[e e']` has no closed form; bounds on it give bounds on the cost. They coincide where it is certain by
 //! when a measurement is there.
 
+mod channel;
 mod coordinates;
 mod covariance;
 mod critical;
@@ -32,11 +34,13 @@ mod limit;
 mod riccati;
 mod spectrum;
 
-use crate::design::{Acknowledgement, DelayDistribution, Design, Plant};
+use crate::channels;
+use crate::design::{Acknowledgement, Behaviour, DelayDistribution, Design, Plant};
 use crate::solve::{Outcome, Solution};
 use covariance::bounds;
 use nalgebra::DMatrix;
 
+pub use channel::OnChannel;
 pub use covariance::{CovarianceBounds, covariance_bounds};
 pub use critical::critical_probability;
 pub use limit::{ArrivalLimit, DecidingCycle, arrival_limit};
@@ -71,8 +75,10 @@ pub struct Sight {
     pub arrival: f64,
     /// Above this probability the error stays bounded; 0 if it does without any measurement.
     pub limit: f64,
-    /// Whether it does.
+    /// Whether it does: on the channel if there is one.
     pub verdict: EstimationVerdict,
+    /// What the channel of the sensor's link makes of it, where that has states.
+    pub channel: Option<OnChannel>,
 }
 
 impl Sight {
@@ -80,9 +86,23 @@ impl Sight {
     pub fn of(design: &Design) -> Self {
         let (plant, link) = (&design.plant, &design.network.sensor_to_controller.delays);
         let buffer = design.controller.measurement_buffer;
-        let (limit, _, verdict) = judged(plant, link, buffer);
-        Self { arrival: link.arrival(buffer), limit: limit.map_or(0.0, |limit| limit.upper), verdict }
+        let (limit, _, average) = judged(plant, link, buffer);
+        let channel = sight_on_channel(design, average);
+        let verdict = channel.map_or(average, |channel| channel.verdict);
+        let limit = limit.map_or(0.0, |limit| limit.upper);
+        Self { arrival: link.arrival(buffer), limit, verdict, channel }
     }
+}
+
+/// What the channel of the sensor's link comes to; `average`: what independent packets with the link's delays do. `None` where
+/// that decides: copies of measurements only add to what is known.
+fn sight_on_channel(design: &Design, average: EstimationVerdict) -> Option<OnChannel> {
+    let link = &design.network.sensor_to_controller;
+    if link.behaviour == Behaviour::Independent && average == EstimationVerdict::Stable {
+        return None;
+    }
+    let channel = channels::channel(link)?;
+    Some(channel::on_channel(&design.plant, &channel, design.controller.measurement_buffer))
 }
 
 /// What is known about the estimator of a design, and what the loop costs with it.
@@ -94,8 +114,10 @@ pub struct Estimation {
     pub critical: f64,
     /// The least `q_arr` for which the error stays bounded; `None` if it does without any measurement.
     pub limit: Option<ArrivalLimit>,
-    /// What follows of it.
+    /// What follows of it, or of the channel of the sensor's link.
     pub verdict: EstimationVerdict,
+    /// What the channel of the sensor's link makes of it, where that has states.
+    pub channel: Option<OnChannel>,
     /// Bounds on `E[e e']` in steady state, where `e` is the error of the estimate that the controller acts on.
     pub covariance: CovarianceBounds,
     /// At least this is the long-run cost per step; infinite if it has no bound.
@@ -108,7 +130,7 @@ impl Estimation {
     /// What the verdict rests on.
     pub fn sight(&self) -> Sight {
         let limit = self.limit.as_ref().map_or(0.0, |limit| limit.upper);
-        Sight { arrival: self.arrival, limit, verdict: self.verdict }
+        Sight { arrival: self.arrival, limit, verdict: self.verdict, channel: self.channel }
     }
 
     /// Judges the estimator of `design`, whose gains are `solution`.
@@ -118,7 +140,15 @@ impl Estimation {
     pub fn of(design: &Design, solution: &Solution) -> Self {
         let (plant, link) = (&design.plant, &design.network.sensor_to_controller.delays);
         let buffer = design.controller.measurement_buffer;
-        let (limit, mut covariance, verdict) = judged(plant, link, buffer);
+        let (limit, mut covariance, mut verdict) = judged(plant, link, buffer);
+        let channel = sight_on_channel(design, verdict);
+        if channels::channel(&design.network.sensor_to_controller).is_some() {
+            // The bounds for independent packets do not hold there; no filter knows more than one that misses nothing.
+            verdict = channel.map_or(verdict, |channel| channel.verdict);
+            let is_unstable = verdict == EstimationVerdict::Unstable;
+            let lower = (!is_unstable).then(|| kalman_covariance(plant));
+            covariance = CovarianceBounds { lower, upper: None };
+        }
         let arrival = link.arrival(buffer);
         let critical = critical_probability(plant);
         if design.network.acknowledgement != Acknowledgement::Instant {
@@ -132,7 +162,7 @@ impl Estimation {
             _ => f64::INFINITY,
         };
         let (cost_lower, cost_upper) = (cost(&covariance.lower), cost(&covariance.upper));
-        Self { arrival, critical, limit, verdict, covariance, cost_lower, cost_upper }
+        Self { arrival, critical, limit, verdict, channel, covariance, cost_lower, cost_upper }
     }
 }
 

@@ -37,6 +37,7 @@ pub use flashed::{
     plant_margin,
 };
 pub use state_known::{LARGEST_INPUT_GAIN, StateKnown, state_known};
+pub(crate) use units::Units;
 
 /// Distances to instability, one change at a time.
 #[derive(Debug, Clone, PartialEq)]

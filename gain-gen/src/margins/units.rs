@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, DVector};
 
 /// The unit of each state, input and output, in the design's.
 #[derive(Debug, Clone)]
-pub(super) struct Units {
+pub(crate) struct Units {
     states: DVector<f64>,
     inputs: DVector<f64>,
     outputs: DVector<f64>,
@@ -15,7 +15,7 @@ pub(super) struct Units {
 
 impl Units {
     /// States balanced, inputs by what they do to them, outputs by their noise.
-    pub(super) fn of(plant: &Plant) -> Self {
+    pub(crate) fn of(plant: &Plant) -> Self {
         let states = DVector::from_vec(state_units_with_free_inputs(&plant.a, &plant.b));
         let inputs = plant.b.column_iter().map(|column| {
             let effect = column.component_div(&states).amax();
@@ -29,7 +29,7 @@ impl Units {
     }
 
     /// The plant in these units.
-    pub(super) fn plant(&self, plant: &Plant) -> Plant {
+    pub(crate) fn plant(&self, plant: &Plant) -> Plant {
         let (x, u, y) = (&self.states, &self.inputs, &self.outputs);
         let covariance = |matrix: &DMatrix<f64>, unit: &DVector<f64>| {
             matrix.map_with_location(|row, column, value| value / unit[row] / unit[column])
@@ -48,7 +48,7 @@ impl Units {
     }
 
     /// The law in these units.
-    pub(super) fn law(&self, law: &Law) -> Law {
+    pub(crate) fn law(&self, law: &Law) -> Law {
         let inputs = |count: usize| DVector::from_fn(count, |row, _| self.inputs[row % self.inputs.len()]);
         let sequence = inputs(law.lx.nrows());
         Law {

@@ -1,6 +1,6 @@
 //! What of a report is emitted, and which loops are not.
 
-use super::{NotStabilised, Report, Verdict};
+use super::{FailedCondition, NotStabilised, Report, Verdict};
 use crate::design::Misfit;
 use crate::emit::{Emission, Figures, Standing, TaskGains};
 use crate::solve::PreviewTooLong;
@@ -22,11 +22,11 @@ pub enum NotEmittable {
 /// What lets an undecided loop through. Nothing does with an unstable one.
 fn advice(refused: &NotStabilised) -> &'static str {
     match refused.verdict {
-        Verdict::Undecided => {
+        Verdict::Undecided if !refused.conditions.iter().any(FailedCondition::leaves_no_gains) => {
             "\n  nothing is written unless that is accepted: --accept-undecided-stability, or in build scripts \
              Compile::accept_undecided_stability"
         }
-        Verdict::Stable | Verdict::Unstable => "",
+        Verdict::Stable | Verdict::Unstable | Verdict::Undecided => "",
     }
 }
 

@@ -1,9 +1,10 @@
 //! What a design comes to: gains, the stability verdict and the figures behind it.
 //!
 //! [`Report`] holds them all; `text` and `json` only write them down.
-//! `condition` says which condition for stability fails or is open, `verdict` what they come to, `channel` what a link that comes and goes adds, `task` what a task of
+//! `applied` says how near inputs come to their limits, `condition` which condition for stability fails or is open, `verdict` what they come to, `channel` what a link that comes and goes adds, `task` what a task of
 //! finite length adds, `rounding` what counted values cost, `emission` what of it is emitted.
 
+mod applied;
 mod channel;
 mod condition;
 mod emission;
@@ -14,25 +15,29 @@ mod text;
 mod verdict;
 
 use crate::certificate::{Certificate, NotCertified, certify_gains};
+use crate::channels;
 use crate::design::Design;
 use crate::estimation::Estimation;
 use crate::figure;
 use crate::margins::{Margins, margins};
 use crate::solve::{
     FiniteHorizon, LoopProblem, Method, Outcome, PreviewGains, PreviewTooLong, Solution, Start,
-    TriggerTables, age_transitions, applied_mean_squares, trigger_tables,
+    TriggerTables, age_transitions, applied_costs, trigger_tables,
 };
 use crate::stability;
 use crate::warnings::{self, Warning};
 use nalgebra::DMatrix;
 
+pub use crate::channels::ControlOnChannel;
+pub use crate::saturation::NotShown;
+pub use applied::AppliedInput;
 pub use channel::ChannelDesigns;
 pub(crate) use condition::failed;
-pub use condition::{FailedCondition, NotStabilised};
+pub use condition::{FailedCondition, NotKnown, NotStabilised};
 pub use emission::NotEmittable;
 pub use json::{MOST_MODE_GAINS, ModeGains};
 pub use task::{LONGEST_TASK, NoTask};
-pub use verdict::Verdict;
+pub use verdict::{LimitsShown, Verdict};
 
 /// A design, its solution and everything that is told about it.
 #[derive(Debug, Clone)]
@@ -73,11 +78,12 @@ pub struct Report {
     pub margins: Option<Margins>,
     /// Designs for a link whose quality comes and goes; `None` before [`Report::find_channel`] and for other links.
     pub channel: Option<ChannelDesigns>,
+    /// The loop on the channel of the link to the actuator, where its packets are not independent and that is known.
+    pub on_channel: Option<ControlOnChannel>,
     /// What the design asks for that makes no sense.
     pub warnings: Vec<Warning>,
-    /// Root mean squares of the inputs applied, with the state known, `nu` values; `None` without input limits, or where the loop
-    /// has not [`Report::converged`].
-    pub applied: Option<Vec<f64>>,
+    /// How large the inputs applied are, `nu` of them; `None` without input limits, or where no gains were found.
+    pub applied: Option<Vec<AppliedInput>>,
     /// Proof of stability; `None` before [`Report::certify`] and for a loop that has not [`Report::converged`].
     pub certificate: Option<Certificate>,
 }
@@ -101,7 +107,10 @@ impl Report {
             true => solution.emitted_rate(&problem, design.controller.scalar),
             false => solution.mean_square_rate,
         };
+        let on_channel = channels::control(design, &problem, &solution);
+        let costs = design.controller.input_limits.as_ref().and_then(|_| applied_costs(&problem, &solution));
         Self {
+            on_channel,
             preview: PreviewGains::of(design, steady),
             trigger: design.event.and_then(|_| trigger_tables(&problem, steady)),
             emitted_rate,
@@ -111,6 +120,7 @@ impl Report {
                 &solution,
                 emitted_rate,
                 estimation.sight(),
+                on_channel,
                 n_crit,
             ),
             accepts_undecided_stability: false,
@@ -122,12 +132,7 @@ impl Report {
                 &design.network.sensor_to_controller.delays,
                 design.controller.measurement_buffer,
             ),
-            applied: design
-                .controller
-                .input_limits
-                .as_ref()
-                .and_then(|_| applied_mean_squares(&problem, &solution, &design.plant.process_noise))
-                .map(|squares| squares.into_iter().map(|square| square.max(0.0).sqrt()).collect()),
+            applied: costs.map(|costs| AppliedInput::all(design, &estimation, &costs)),
             estimation,
             warnings: [warnings::of_design(design), warnings::of_loop(design, &solution)].concat(),
             design: design.clone(),
@@ -140,13 +145,6 @@ impl Report {
             channel: None,
             certificate: None,
         }
-    }
-
-    /// For each input with limits, how many of its root mean squares its nearer limit is away; `None` as [`Report::applied`].
-    pub fn distances_to_limits(&self) -> Option<Vec<f64>> {
-        let limits = self.design.controller.input_limits.as_ref()?;
-        let distance = |(&(low, high), rms): (&(f64, f64), &f64)| high.min(-low) / rms;
-        Some(limits.iter().zip(self.applied.as_ref()?).map(distance).collect())
     }
 
     /// Adds the margins if the loop has [`Report::converged`]. Dense: slow for long sequences.

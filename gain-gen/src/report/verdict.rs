@@ -1,6 +1,7 @@
 //! What the conditions come to: stable, unstable or undecided, and who is let through with that.
 
 use super::{FailedCondition, NotStabilised, Report};
+use crate::stability::{Growth, growth};
 
 /// Whether the loop is shown to be mean-square stable as it runs: with its filter, its acknowledgements, the numbers on
 /// the device and the limits of its inputs.
@@ -36,7 +37,40 @@ impl Verdict {
     }
 }
 
+/// Why second moments stay bounded although inputs have limits.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LimitsShown {
+    /// The plant comes back by itself.
+    Decay,
+    /// The one mode that does not decay, an integrator, is taken back by every input at its limit.
+    Drift,
+}
+
+impl LimitsShown {
+    /// As in JSON.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Decay => "decay",
+            Self::Drift => "drift",
+        }
+    }
+}
+
 impl Report {
+    /// Why the limits of inputs leave the loop bounded; `None` without limits, and where that is not shown.
+    pub fn limits_shown_by(&self) -> Option<LimitsShown> {
+        self.design.controller.input_limits.as_ref()?;
+        let is_open = |condition: &FailedCondition| matches!(condition, FailedCondition::Limited { .. });
+        if !self.solution.is_stabilising() || self.failed_conditions.iter().any(is_open) {
+            return None;
+        }
+        Some(if growth(&self.design.plant) == Growth::Decays {
+            LimitsShown::Decay
+        } else {
+            LimitsShown::Drift
+        })
+    }
+
     /// Whether the loop is shown to be stable as it runs.
     pub fn verdict(&self) -> Verdict {
         Verdict::of(&self.failed_conditions)
@@ -76,7 +110,12 @@ impl Report {
     /// The loop is unstable, or undecided and that was not accepted.
     pub(crate) fn require_emittable(&self) -> Result<(), NotStabilised> {
         match self.verdict() {
-            Verdict::Undecided if self.accepts_undecided_stability => Ok(()),
+            Verdict::Undecided
+                if self.accepts_undecided_stability
+                    && !self.failed_conditions.iter().any(FailedCondition::leaves_no_gains) =>
+            {
+                Ok(())
+            }
             _ => self.require_stable(),
         }
     }

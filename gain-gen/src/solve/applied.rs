@@ -6,14 +6,10 @@ use nalgebra::DMatrix;
 /// Accuracy of a variance, relative to itself.
 const ACCURACY: f64 = 1e-10;
 
-/// Long-run mean square of each input as the actuator applies it, `nu` values, for the gains of `solution`, the state known
-/// and noise of covariance `process_noise`, `nx x nx`: `tr(P_i W)`, where `P_i` is the cost-to-go for `Q = 0` and `R = e_i e_i'`.
-/// THEORY 5. `None` unless the loop is stable and the costs are found.
-pub fn applied_mean_squares(
-    problem: &LoopProblem,
-    solution: &Solution,
-    process_noise: &DMatrix<f64>,
-) -> Option<Vec<f64>> {
+/// What the square of each input costs as the actuator applies it, for the gains of `solution`: `P_i`, `nx x nx`, for each of the
+/// `nu` inputs, the cost-to-go for `Q = 0` and `R = e_i e_i'`. With the state known and noise of covariance `W` the long-run mean
+/// square is `tr(P_i W)`. THEORY 5. `None` unless the loop is stable and the costs are found.
+pub fn applied_costs(problem: &LoopProblem, solution: &Solution) -> Option<Vec<DMatrix<f64>>> {
     if !solution.is_stabilising() {
         return None;
     }
@@ -41,7 +37,7 @@ pub fn applied_mean_squares(
         recursion.synthesis.set_gains(&gains);
         recursion.evaluate(ACCURACY).then(|| {
             let cost = DMatrix::from_row_slice(states, states, recursion.synthesis.cost_to_go());
-            start.coordinates.cost(&cost).component_mul(process_noise).sum()
+            start.coordinates.cost(&cost)
         })
     };
     (0..inputs).map(of_input).collect()
@@ -69,7 +65,8 @@ mod tests {
         let noise = DMatrix::from_element(1, 1, 0.09);
         let (gain, closed) = (solution.law.lx[0], 1.2 + 0.5 * solution.law.lx[0]);
         let expected = gain * gain * 0.09 / (1.0 - closed * closed);
-        let found = applied_mean_squares(&problem, &solution, &noise).expect("a stable loop");
+        let found =
+            [applied_costs(&problem, &solution).expect("a stable loop")[0].component_mul(&noise).sum()];
         assert!((found[0] - expected).abs() < 1e-9 * expected, "{} {expected}", found[0]);
     }
 
@@ -80,7 +77,7 @@ mod tests {
         let problem = LoopProblem::of(&design);
         let solution = solve(&problem, Method::InFlight);
         let noise = &design.plant.process_noise;
-        let inputs = applied_mean_squares(&problem, &solution, noise).expect("a stable loop")[0];
+        let inputs = applied_costs(&problem, &solution).expect("a stable loop")[0].component_mul(noise).sum();
         let cost = solution.control_cost(noise);
         assert!(inputs > 0.0 && inputs * problem.r[(0, 0)] < cost, "{inputs} {cost}");
     }

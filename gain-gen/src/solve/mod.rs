@@ -66,7 +66,7 @@ use slqg::{DefaultInput, arrival};
 use std::borrow::Cow;
 
 pub use age_chain::age_transitions;
-pub use applied::applied_mean_squares;
+pub use applied::applied_costs;
 pub use channel_in_flight::{ChannelSolution, solve_channel};
 pub use channel_law::ChannelLaw;
 pub(crate) use closed_loop::ClosedLoop;

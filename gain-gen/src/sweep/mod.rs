@@ -6,6 +6,7 @@ mod json;
 mod plot;
 mod table;
 
+use crate::channels;
 use crate::design::{Design, DeviceScalar};
 use crate::estimation::Sight;
 use crate::report::{FailedCondition, Verdict, failed};
@@ -105,7 +106,8 @@ fn figures(design: &Design, problem: &LoopProblem, sight: Sight) -> LengthFigure
         true => solution.emitted_rate(problem, design.controller.scalar),
         false => solution.mean_square_rate,
     };
-    let conditions = failed(design, problem, &solution, emitted_rate, sight, None);
+    let on_channel = channels::control(design, problem, &solution);
+    let conditions = failed(design, problem, &solution, emitted_rate, sight, on_channel, None);
     LengthFigures {
         sequence_length: problem.length,
         default_input: problem.default_input,

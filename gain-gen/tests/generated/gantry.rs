@@ -6,7 +6,8 @@
 // of one that has to guess it, nothing shows that its second moments stay bounded. Gains, rate and costs are
 // those of the loop with instant acknowledgements; host-sim run shows the loop as it is
 // - controller.input_limits: |lambda_max(A)| = 1, on the limit of stability: under limits nothing shows that the
-// second moments of the state stay bounded. Gains, rate and costs are those of the loop before it gets to its
+// second moments of the state stay bounded, as it is shown only for instant acknowledgements and independent
+// packets that are sent in every cycle. Gains, rate and costs are those of the loop before it gets to its
 // limits; host-sim run counts how often it is lost
 //
 // The control law, the plant and the settings of both nodes as constant data for the crate `slqg`.

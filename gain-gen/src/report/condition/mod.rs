@@ -1,15 +1,16 @@
 //! Which condition for stability fails or is open, with its figures, and the error that says so.
 //!
-//! How each is told is in `sentence`.
+//! Which of them do is decided in `judged`, how each is told is in `sentence`.
 
+mod judged;
 mod sentence;
 
 use super::Verdict;
-use crate::design::{Acknowledgement, Behaviour, Design};
-use crate::estimation::{EstimationVerdict, Sight};
-use crate::solve::{LoopProblem, Outcome, Solution};
-use crate::stability::{self, Growth, growth};
+use crate::saturation::NotShown;
+use crate::stability::Growth;
 use slqg::DefaultInput;
+
+pub(crate) use judged::failed;
 
 /// A condition for stability that does not hold, or is not shown to. `Display` is a sentence with the figures and a way
 /// out.
@@ -71,10 +72,29 @@ pub enum FailedCondition {
         /// Probability that an acknowledgement is there before the next cycle; 0 where there are none.
         in_time: f64,
     },
-    /// Packets on a link are not independent, and gains, filter and theorems take them as such.
+    /// Packets on a link are not independent, and what that does to the loop is not known.
     Dependent {
         /// The link's key in the design file.
         key: &'static str,
+        /// Why it is not.
+        reason: NotKnown,
+    },
+    /// On the channel of the link to the actuator the loop is unstable with its gains, which are made for the average link.
+    OnChannel {
+        /// Mean-square rate on the channel, above 1.
+        rate: f64,
+    },
+    /// Measurements are lost in a row for so long that no filter can follow the plant.
+    LostInARow {
+        /// Growth of the squared error meanwhile, per cycle, above 1.
+        growth: f64,
+    },
+    /// A condition that fails for independent packets, and the link's are not.
+    Averaged {
+        /// The link's key in the design file.
+        key: &'static str,
+        /// What fails.
+        condition: Box<FailedCondition>,
     },
     /// Inputs have limits and the plant does not come back by itself: nothing proves that the loop is stable.
     Limited {
@@ -82,6 +102,33 @@ pub enum FailedCondition {
         modulus: f64,
         /// [`Growth::OnTheLimit`] or [`Growth::Grows`].
         growth: Growth,
+        /// Why the plant on the limit is not shown to stay bounded.
+        reason: Option<NotShown>,
+    },
+}
+
+/// Why it is not known what packets that are not independent do to the loop.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum NotKnown {
+    /// The link is what a log recorded.
+    Recorded,
+    /// The link goes over a bus.
+    Bus,
+    /// The chain of age and channel is too large for its rate to be computed.
+    TooLarge,
+    /// An event trigger weighs packets as if they were independent.
+    EventTrigger,
+    /// The rate on the channel is 1 within rounding.
+    Near {
+        /// That rate.
+        rate: f64,
+    },
+    /// Losses in a row are short enough, and no estimator was found that shows the error to stay bounded.
+    Between {
+        /// Growth of the squared error while measurements are lost in a row, per cycle.
+        growth: f64,
+        /// Mean-square rate of the best estimator found.
+        rate: Option<f64>,
     },
 }
 
@@ -93,11 +140,14 @@ impl FailedCondition {
             | Self::ErrorOpen { .. }
             | Self::Unacknowledged { .. }
             | Self::Dependent { .. }
+            | Self::Averaged { .. }
             | Self::Limited { .. } => true,
             Self::RunsDry { .. }
             | Self::NoFixedPoint { .. }
             | Self::LosesSight { .. }
             | Self::ErrorGrows { .. }
+            | Self::OnChannel { .. }
+            | Self::LostInARow { .. }
             | Self::Rounded { .. } => false,
         }
     }
@@ -120,98 +170,19 @@ impl FailedCondition {
             Self::Rounded { .. }
                 | Self::Unacknowledged { .. }
                 | Self::Dependent { .. }
+                | Self::OnChannel { .. }
                 | Self::Limited { .. }
         )
     }
-}
 
-/// The conditions that fail or are open, those of the theorems first.
-pub(crate) fn failed(
-    design: &Design,
-    problem: &LoopProblem,
-    solution: &Solution,
-    emitted_rate: f64,
-    sight: Sight,
-    critical: Option<usize>,
-) -> Vec<FailedCondition> {
-    let conditions = [
-        control(problem, solution, critical),
-        estimation(design, sight),
-        rounding(solution, emitted_rate),
-        acknowledgement(design),
-        dependence(design),
-        limits(design),
-    ];
-    conditions.into_iter().flatten().collect()
-}
-
-/// Where Theorem 3.4 b) fails the recursion must diverge; that is not told twice.
-fn control(problem: &LoopProblem, solution: &Solution, critical: Option<usize>) -> Option<FailedCondition> {
-    let rate = solution.mean_square_rate;
-    match solution.outcome {
-        Outcome::Converged => None,
-        _ if stability::runs_dry(problem) => Some(FailedCondition::RunsDry {
-            growth: stability::dry_growth(problem, problem.length),
-            shortest: stability::shortest_admissible_length(problem),
-        }),
-        Outcome::Unstable => Some(FailedCondition::NoFixedPoint { rate, critical }),
-        Outcome::Undecided => {
-            let Solution { iterations, residual, .. } = *solution;
-            Some(FailedCondition::Undecided { iterations, rate, residual })
+    /// Whether no gains came out, so that there is no loop to be written.
+    pub(super) fn leaves_no_gains(&self) -> bool {
+        match self {
+            Self::RunsDry { .. } | Self::NoFixedPoint { .. } => true,
+            Self::Averaged { condition, .. } => condition.leaves_no_gains(),
+            _ => false,
         }
     }
-}
-
-fn estimation(design: &Design, sight: Sight) -> Option<FailedCondition> {
-    let (plant, link) = (&design.plant, &design.network.sensor_to_controller.delays);
-    let buffer = design.controller.measurement_buffer;
-    let Sight { arrival, limit, verdict } = sight;
-    match verdict {
-        EstimationVerdict::Stable => None,
-        EstimationVerdict::Open => Some(FailedCondition::ErrorOpen { arrival, limit }),
-        EstimationVerdict::Unstable if stability::loses_sight(plant, link, buffer) => {
-            Some(FailedCondition::LosesSight {
-                growth: stability::sight_growth(plant, link, buffer),
-                buffer,
-                shortest: (0..=link.largest_delay())
-                    .find(|&steps| !stability::loses_sight(plant, link, steps)),
-            })
-        }
-        EstimationVerdict::Unstable => Some(FailedCondition::ErrorGrows { arrival, limit }),
-    }
-}
-
-fn rounding(solution: &Solution, rate: f64) -> Option<FailedCondition> {
-    let is_stable = rate < 1.0;
-    (solution.is_stabilising() && !is_stable).then_some(FailedCondition::Rounded { rate })
-}
-
-fn acknowledgement(design: &Design) -> Option<FailedCondition> {
-    let in_time = match &design.network.acknowledgement {
-        Acknowledgement::Instant => 1.0,
-        Acknowledgement::None => 0.0,
-        Acknowledgement::Over(link) => link.delays.arrival(0),
-    };
-    (in_time < 1.0).then_some(FailedCondition::Unacknowledged { in_time })
-}
-
-/// The first link that is not one of independent delays.
-fn dependence(design: &Design) -> Option<FailedCondition> {
-    let network = &design.network;
-    let links = [
-        ("network.controller_to_actuator", &network.controller_to_actuator),
-        ("network.sensor_to_controller", &network.sensor_to_controller),
-    ];
-    let dependent = links.into_iter().find(|(_, link)| !matches!(link.behaviour, Behaviour::Independent));
-    dependent.map(|(key, _)| FailedCondition::Dependent { key })
-}
-
-/// A plant that comes back by itself stays bounded under inputs that are, whatever the controller does.
-fn limits(design: &Design) -> Option<FailedCondition> {
-    let growth = growth(&design.plant);
-    let is_open = design.controller.input_limits.is_some() && growth != Growth::Decays;
-    let modulus = stability::open_loop_modulus(&design.plant.a);
-    is_open.then_some(FailedCondition::Limited { modulus, growth })
 }
 
 /// A loop that is not shown to be stable.
@@ -219,7 +190,11 @@ fn limits(design: &Design) -> Option<FailedCondition> {
 #[error(
     "{name:?} with N = {length} and default input {} {}: {}",
     default_input.name(),
-    match verdict { Verdict::Undecided => "is not shown to be stable", _ => "cannot be stabilised" },
+    match verdict {
+        Verdict::Undecided => "is not shown to be stable",
+        _ if conditions.iter().any(|condition| matches!(condition, FailedCondition::OnChannel { .. })) => "is not stable",
+        _ => "cannot be stabilised",
+    },
     sentence::spelled(conditions)
 )]
 pub struct NotStabilised {

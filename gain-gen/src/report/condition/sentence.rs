@@ -1,6 +1,6 @@
 //! What people are told of a condition: a sentence with the figures and a way out.
 
-use super::FailedCondition;
+use super::{FailedCondition, NotKnown};
 use crate::report::figure::{figure, percent};
 use crate::stability::Growth;
 use core::fmt::{self, Display, Formatter};
@@ -45,14 +45,26 @@ impl Display for FailedCondition {
             }
             Self::ErrorGrows { arrival, limit } => {
                 let (arrival, limit) = (percent(*arrival), percent(*limit));
-                write!(f, "estimation: the error of the estimate grows without bound: q_arr = {arrival} of the ")?;
-                write!(f, "measurements count, and more than q_lim = {limit} must; measure more outputs, lose ")?;
+                write!(
+                    f,
+                    "estimation: the error of the estimate grows without bound: q_arr = {arrival} of the "
+                )?;
+                write!(
+                    f,
+                    "measurements count, and more than q_lim = {limit} must; measure more outputs, lose "
+                )?;
                 f.write_str("fewer measurements or wait for them longer (controller.measurement_buffer)")
             }
             Self::ErrorOpen { arrival, limit } => {
                 let (arrival, limit) = (percent(*arrival), percent(*limit));
-                write!(f, "estimation: q_arr = {arrival} of the measurements count, which rounding does not tell ")?;
-                write!(f, "from the limit q_lim = {limit}: whether the error of the estimate stays bounded is not ")?;
+                write!(
+                    f,
+                    "estimation: q_arr = {arrival} of the measurements count, which rounding does not tell "
+                )?;
+                write!(
+                    f,
+                    "from the limit q_lim = {limit}: whether the error of the estimate stays bounded is not "
+                )?;
                 f.write_str("decided; above the limit it does")
             }
             Self::Rounded { rate } => write!(
@@ -73,25 +85,78 @@ impl Display for FailedCondition {
                      with instant acknowledgements; host-sim run shows the loop as it is",
                 )
             }
-            Self::Dependent { key } => write!(
+            Self::Dependent { key, reason } => {
+                write!(f, "{key}: packets on this link are not independent of each other: {reason}. ")?;
+                f.write_str(
+                    "Gains, rate and costs take the packets as independent; host-sim run shows the loop as it is",
+                )
+            }
+            Self::OnChannel { rate } => write!(
                 f,
-                "{key}: packets on this link are not independent of each other: where losses come in a row, a loop that \
-                 is stable with the average link may be lost, and the theorems do not say. Gains, rate and costs take \
-                 the packets as independent; host-sim run shows the loop as it is, and for a channel with states \
-                 --method coupled its rate",
+                "network.controller_to_actuator: on the channel of this link the loop has the mean-square rate {} > 1 with \
+                 these gains, which take its packets as independent; --method coupled shows what gains that know the \
+                 channel do",
+                figure(*rate)
             ),
-            Self::Limited { modulus, growth: Growth::Grows } => write!(
+            Self::LostInARow { growth } => write!(
+                f,
+                "network.sensor_to_controller: while measurements are lost in a row the squared error grows by {} > 1 per \
+                 cycle, the chance of another loss counted in: no filter can follow the plant",
+                figure(*growth)
+            ),
+            Self::Averaged { key, condition } => write!(
+                f,
+                "{key}: packets on this link are not independent of each other; if they were, this would fail: {condition}",
+            ),
+            Self::Limited { modulus, growth: Growth::Grows, .. } => write!(
                 f,
                 "controller.input_limits: |lambda_max(A)| = {} > 1: from some states no input within the limits leads \
                  back, and noise reaches one of them sooner or later. Gains, rate and costs are those of the loop \
                  before it gets to its limits; host-sim run counts how often it is lost",
                 figure(*modulus)
             ),
-            Self::Limited { .. } => f.write_str(
-                "controller.input_limits: |lambda_max(A)| = 1, on the limit of stability: under limits nothing shows \
-                 that the second moments of the state stay bounded. Gains, rate and costs are those of the loop before \
-                 it gets to its limits; host-sim run counts how often it is lost",
+            Self::Limited { reason, .. } => {
+                f.write_str(
+                    "controller.input_limits: |lambda_max(A)| = 1, on the limit of stability: under limits ",
+                )?;
+                f.write_str("nothing shows that the second moments of the state stay bounded")?;
+                if let Some(reason) = reason {
+                    write!(f, ", as {reason}")?;
+                }
+                f.write_str(
+                    ". Gains, rate and costs are those of the loop before it gets to its limits; host-sim run counts how \
+                     often it is lost",
+                )
+            }
+        }
+    }
+}
+
+impl Display for NotKnown {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Recorded => {
+                f.write_str("a log is finite, and nothing is known of what follows it")
+            }
+            Self::Bus => f.write_str(
+                "what the other traffic on the bus leaves them depends on its phases, and no chain of few states has them",
             ),
+            Self::TooLarge => f.write_str(
+                "the chain of the buffer's age and the channel's states is too large for its rate to be computed; shorten \
+                 the sequences",
+            ),
+            Self::EventTrigger => f.write_str("the event trigger weighs them as if they were"),
+            Self::Near { rate } => {
+                write!(f, "on the channel the mean-square rate is {}, too close to 1 to be told from it", figure(*rate))
+            }
+            Self::Between { growth, rate } => {
+                write!(f, "while measurements are lost in a row the squared error grows by {} < 1 per ", figure(*growth))?;
+                f.write_str("cycle, which is needed for it to stay bounded, and no estimator was found that shows it to")?;
+                match rate {
+                    Some(rate) => write!(f, " (the best has the mean-square rate {})", figure(*rate)),
+                    None => Ok(()),
+                }
+            }
         }
     }
 }

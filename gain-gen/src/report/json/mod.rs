@@ -7,7 +7,7 @@ mod margins;
 mod mode_gains;
 mod optional;
 
-use super::{FailedCondition, Report};
+use super::{AppliedInput, FailedCondition, LimitsShown, Report};
 use crate::design::Acknowledgement;
 use crate::estimation::{ArrivalLimit, DecidingCycle};
 use crate::json::{Rows, line_per_field, rows, write_line_per_field};
@@ -16,7 +16,7 @@ use crate::warnings::Warning;
 use margins::MarginFigures;
 use mode_gains::Spelled;
 use nalgebra::DMatrix;
-use optional::{Channel, Event, Task, Tracking, Wire};
+use optional::{Channel, Event, OnChannels, Task, Tracking, Wire};
 use serde::Serialize;
 use std::io::{self, Write};
 
@@ -53,7 +53,7 @@ pub(crate) struct Document<'r> {
     policy_iterations: usize,
     /// Only with input limits: root mean square of each input applied, and how many of them its nearer limit is away.
     #[serde(skip_serializing_if = "Option::is_none")]
-    applied_inputs: Option<Vec<AppliedInput>>,
+    applied_inputs: Option<Vec<InputFigures>>,
     /// Estimated error of the gains relative to the largest; null unless converged.
     gain_error: Option<f64>,
     /// Mean-square rate with the numbers that are emitted.
@@ -63,6 +63,12 @@ pub(crate) struct Document<'r> {
     length_tolerance: Option<f64>,
     /// Null where not asked for, or the loop is not stable.
     margins: Option<MarginFigures>,
+    /// Only for links whose packets depend on each other through a known channel, or are copied.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    on_channels: Option<OnChannels>,
+    /// Only with input limits: `decay`, `drift`, or null where it is not shown that they do no harm.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    limits_shown_by: Option<Option<&'static str>>,
     /// Only for a link with a channel, by the coupled method.
     #[serde(skip_serializing_if = "Option::is_none")]
     channel: Option<Channel>,
@@ -84,11 +90,26 @@ pub(crate) struct Document<'r> {
     wire: Option<Wire<'r>>,
 }
 
-/// How large an input is, with the state known.
+/// [`AppliedInput`]; null: no bounds are known.
 #[derive(Serialize)]
-struct AppliedInput {
+struct InputFigures {
     rms: f64,
     limit_distance: f64,
+    rms_estimated_lower: Option<f64>,
+    rms_estimated_upper: Option<f64>,
+    limit_distance_estimated: Option<f64>,
+}
+
+impl InputFigures {
+    fn of(input: &AppliedInput) -> Self {
+        Self {
+            rms: input.rms,
+            limit_distance: input.limit_distance,
+            rms_estimated_lower: input.rms_estimated.map(|bounds| bounds.0),
+            rms_estimated_upper: input.rms_estimated.map(|bounds| bounds.1),
+            limit_distance_estimated: input.limit_distance_estimated,
+        }
+    }
 }
 
 /// [`crate::estimation::Estimation`]; null: unbounded, or no bound is known.
@@ -158,12 +179,10 @@ impl<'r> Document<'r> {
             n_v: report.in_flight(),
             policy_iterations: solution.policy_iterations,
             emitted_rate: report.emitted_rate,
-            applied_inputs: report.distances_to_limits().zip(report.applied.as_ref()).map(
-                |(distances, applied)| {
-                    let pairs = applied.iter().zip(distances);
-                    pairs.map(|(&rms, limit_distance)| AppliedInput { rms, limit_distance }).collect()
-                },
-            ),
+            applied_inputs: report
+                .applied
+                .as_ref()
+                .map(|inputs| inputs.iter().map(InputFigures::of).collect()),
             gain_error: solution.gain_error.is_finite().then_some(solution.gain_error),
             estimation: EstimationFigures {
                 q_arr: report.estimation.arrival,
@@ -177,6 +196,13 @@ impl<'r> Document<'r> {
             },
             length_tolerance: report.design.length_choice().map(|choice| choice.tolerance),
             margins: report.margins.as_ref().map(MarginFigures::of),
+            on_channels: OnChannels::of(report),
+            limits_shown_by: report
+                .design
+                .controller
+                .input_limits
+                .is_some()
+                .then(|| report.limits_shown_by().map(LimitsShown::name)),
             channel: Channel::of(report),
             task: Task::of(report),
             tracking: Tracking::of(report),

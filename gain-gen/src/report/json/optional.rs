@@ -11,6 +11,7 @@
 //! Symmetric matrices of the trigger are rows of their upper triangle: the first row is whole, the last one number.
 
 use super::Report;
+use crate::channels::ControlOnChannel;
 use crate::design::{Steps, WireSettings};
 use crate::json::{Rows, rows, triangles};
 use crate::solve::{Law, Outcome};
@@ -213,5 +214,44 @@ impl<'r> Wire<'r> {
             misfit: design.misfit().map(|misfit| misfit.to_string()),
             rounding,
         })
+    }
+}
+
+/// What decides where packets depend on each other through a known channel. Null: the link's packets do not.
+#[derive(Serialize)]
+pub(super) struct OnChannels {
+    control: Option<ControlFigures>,
+    measurements: Option<SightFigures>,
+}
+
+/// [`ControlOnChannel`]; null: too large.
+#[derive(Serialize)]
+struct ControlFigures {
+    mean_square_rate: Option<f64>,
+    modes: Option<usize>,
+}
+
+/// [`crate::estimation::OnChannel`]; null: none was needed.
+#[derive(Serialize)]
+struct SightFigures {
+    verdict: &'static str,
+    loss_growth: f64,
+    rate: Option<f64>,
+}
+
+impl OnChannels {
+    pub(super) fn of(report: &Report) -> Option<Self> {
+        let control = report.on_channel.map(|found| match found {
+            ControlOnChannel::Rate { rate, modes } => {
+                ControlFigures { mean_square_rate: Some(rate), modes: Some(modes) }
+            }
+            ControlOnChannel::TooLarge => ControlFigures { mean_square_rate: None, modes: None },
+        });
+        let measurements = report.estimation.channel.map(|found| SightFigures {
+            verdict: found.verdict.name(),
+            loss_growth: found.loss_growth,
+            rate: found.rate,
+        });
+        (control.is_some() || measurements.is_some()).then_some(Self { control, measurements })
     }
 }

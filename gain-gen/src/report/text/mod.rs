@@ -1,17 +1,16 @@
 //! The report as one screen of text, every figure with its unit.
 //!
 //! Here are the sections that every report of a loop has whose gains stabilise it; those that are there only for some designs,
-//! or when asked for, are in `optional`, distances to instability in `margins`, and what travels on CAN is in `wire`.
+//! or when asked for, are in `optional`, the verdict is in `stability`, distances to instability in `margins`, and what travels on CAN is in `wire`.
 
 mod margins;
 mod optional;
+mod stability;
 mod wire;
 
 use super::figure::{counted, duration, figure, grouped, percent};
-use super::{FailedCondition, Report, Verdict};
+use super::{Report, Verdict};
 use crate::design::{Acknowledgement, Behaviour, DeviceScalar, Link};
-use crate::paragraph::wrapped;
-use crate::solve::Outcome;
 use crate::stability::{Growth, growth};
 use core::fmt::{self, Display, Formatter};
 use nalgebra::DMatrix;
@@ -107,11 +106,7 @@ impl Report {
                 let states =
                     format!("{} that come and go; the figures here are averages, and", channel.states());
                 line(f, "channel states", states)?;
-                line(
-                    f,
-                    "",
-                    "verdict and costs take packets as independent; --method coupled adds the channel",
-                )
+                line(f, "", "rate and costs take packets as independent; --method coupled adds the channel")
             }
             Behaviour::Bus => line(
                 f,
@@ -129,65 +124,6 @@ impl Report {
         }
     }
 
-    fn stability(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        let solution = &self.solution;
-        let met = |met: bool| if met { "met" } else { "NOT MET" };
-        writeln!(f, "\nStability: {}", self.verdict().name())?;
-        let (dry, sight) = (self.dry_growth, self.sight_growth);
-        let condition = |formula: &str, value: f64, bound: &str, is_met: bool| {
-            let figures = format!("{formula} = {}", figure(value));
-            format!("{figures:<48}{bound:<6}{}", met(is_met))
-        };
-        let (eigenvalue, rate) = ("|lambda_max(A)|^2", solution.mean_square_rate);
-        line(f, "Theorem 3.4 b)", condition(&format!("(1 - Q(N-1)) {eigenvalue}"), dry, "<= 1", dry <= 1.0))?;
-        let is_blind = |failed: &FailedCondition| matches!(failed, FailedCondition::LosesSight { .. });
-        let sees = !self.failed_conditions.iter().any(is_blind);
-        line(f, "Theorem 3.4 a)", condition(&format!("(1 - q_arr) {eigenvalue}"), sight, "< 1", sees))?;
-        let converged = solution.outcome == Outcome::Converged;
-        line(f, "Theorem 3.3 b)", condition("mean-square rate", rate, "< 1", converged))?;
-        let how = match solution.outcome {
-            Outcome::Converged => "converged",
-            Outcome::Unstable => "diverges, shown",
-            Outcome::Undecided => "stopped",
-        };
-        let residual = format!("{:.1e}", solution.residual);
-        let mut after = counted(solution.iterations, "step");
-        if solution.policy_iterations > 0 {
-            after = format!("{after}, {} of them policy iterations", solution.policy_iterations);
-        }
-        line(f, "recursion", format!("{}: {how} after {after}, residual {residual}", self.method.name()))?;
-        if converged {
-            let error = solution.gain_error;
-            let told = if error <= GOOD_GAINS { "of the largest" } else { "of the largest: MORE THAN 1e-8" };
-            line(
-                f,
-                "gains",
-                format!("good to {:<12}{told}, for the plant as given", format!("{error:.0e}")),
-            )?;
-        }
-        let length = |n: Option<usize>| n.map_or("none".into(), |n| n.to_string());
-        let (n_min, n_crit) = (length(self.n_min), length(self.n_crit));
-        line(f, "N_min", format!("{n_min:<12}shortest length that Theorem 3.4 b) does not rule out"))?;
-        line(f, "N_crit", format!("{n_crit:<12}shortest length that stabilises"))?;
-        self.not_shown(f)?;
-        let Some(certificate) = &self.certificate else { return Ok(()) };
-        let (count, size) = (certificate.matrices().len(), certificate.matrices()[0].nrows());
-        let matrices = format!("N+1 = {count} matrices of {size} x {size}");
-        let bound = figure(certificate.rate_bound());
-        line(f, "certificate", format!("verified by Cholesky, {matrices}: rate at most {bound}"))
-    }
-
-    /// Conditions that have no line of their own above.
-    fn not_shown(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        for condition in self.failed_conditions.iter().filter(|condition| !condition.is_numbered()) {
-            let what = if condition.is_open() { "not shown" } else { "fails" };
-            let sentence = condition.to_string();
-            let heads = std::iter::once(what).chain(std::iter::repeat(""));
-            heads.zip(wrapped(&sentence, SENTENCE)).try_for_each(|(head, text)| line(f, head, text))?;
-        }
-        Ok(())
-    }
-
     fn closed_loop(&self, f: &mut Formatter<'_>) -> fmt::Result {
         let sending = if self.trigger.is_some() { ", a packet sent in every step" } else { "" };
         writeln!(f, "\nClosed loop, state known{sending}")?;
@@ -197,16 +133,10 @@ impl Report {
             line(f, "time constant", format!("{}, of the second moments", self.steps(steps)))?;
         }
         line(f, "long-run cost", format!("{:<12}per step, tr(P W)", figure(self.control_cost())))?;
-        let (Some(applied), Some(distances)) = (&self.applied, self.distances_to_limits()) else {
-            return Ok(());
-        };
-        for (input, (rms, distance)) in applied.iter().zip(distances).enumerate() {
-            let away = format!("its nearer limit is {} of that away", figure(distance));
-            line(
-                f,
-                &format!("input {}", input + 1),
-                format!("{:<12}root mean square; {away}", figure(*rms)),
-            )?;
+        for (input, applied) in self.applied.iter().flatten().enumerate() {
+            let what = format!("input {}", input + 1);
+            let away = format!("its nearer limit is {} of that away", figure(applied.limit_distance));
+            line(f, &what, format!("{:<12}root mean square; {away}", figure(applied.rms)))?;
         }
         Ok(())
     }
@@ -235,6 +165,13 @@ impl Report {
             "long-run cost",
             format!("{} per step, bounds, estimation included", interval(lower, upper)),
         )?;
+        for (input, applied) in self.applied.iter().flatten().enumerate() {
+            let bounds = applied.rms_estimated.zip(applied.limit_distance_estimated);
+            let Some(((lower, upper), distance)) = bounds else { continue };
+            let (rms, distance) = (interval(lower, upper), figure(distance));
+            let away = format!("its nearer limit is {distance} times the larger away");
+            line(f, &format!("input {}", input + 1), format!("{rms} root mean square; {away}"))?;
+        }
         self.acknowledgement(f)
     }
 
