@@ -1,5 +1,9 @@
 //! What holds for the crates that are published: they package, and no dependency needs a newer compiler than they promise.
 
+use std::fs;
+use std::path::PathBuf;
+use std::process::Command;
+
 use serde_json::Value;
 
 use crate::toolchain::{TARGET, Toolchain};
@@ -10,16 +14,50 @@ use crate::{Result, process};
 /// The crates that go to a registry, each after those it depends on.
 const PUBLISHED: [&str; 4] = ["slqg", "slqg-links", "gain-gen", "host-sim"];
 
-/// Packages the published crates as a registry would get them, without an upload, and compiles each from its package.
+/// Packages the published crates as a registry would get them, without an upload, and compiles them from their packages.
+///
+/// Not by cargo's own check: it compiles a crate against the first package that it ever saw of another one, until the version
+/// changes (`findings/cargo_package_compiles_stale_sources.sh`).
 pub(crate) fn package(workspace: &Workspace) -> Result<()> {
     let mut cargo = workspace.cargo();
     // What is not committed yet is checked, too.
-    cargo.args(["package", "--quiet", "--allow-dirty"]);
+    cargo.args(["package", "--quiet", "--allow-dirty", "--no-verify"]);
     for name in PUBLISHED {
         cargo.args(["--package", name]);
     }
     eprintln!("   {}", process::shown(&cargo));
-    process::run(&mut cargo)
+    process::run(&mut cargo)?;
+    let folder = unpacked(workspace)?;
+    process::run(workspace.cargo().args(["check", "--quiet", "--workspace"]).current_dir(&folder))
+}
+
+/// A workspace of the packages, each with the others in the place of a registry's, and nothing around it.
+fn unpacked(workspace: &Workspace) -> Result<PathBuf> {
+    let folder = workspace.target.join("packages");
+    if folder.exists() {
+        // What an earlier run has compiled stays.
+        for name in PUBLISHED {
+            let old = folder.join(name);
+            if old.exists() {
+                fs::remove_dir_all(old)?;
+            }
+        }
+    }
+    fs::create_dir_all(&folder)?;
+    let (mut members, mut patches) = (String::new(), String::new());
+    for name in PUBLISHED {
+        let package = format!("{name}-{}", workspace.version);
+        let archive = workspace.target.join("package").join(format!("{package}.crate"));
+        process::run(Command::new("tar").arg("-xzf").arg(archive).arg("-C").arg(&folder))?;
+        fs::rename(folder.join(package), folder.join(name))?;
+        members.push_str(&format!("{name:?}, "));
+        patches.push_str(&format!("{name} = {{ path = {name:?} }}\n"));
+    }
+    let manifest =
+        format!("[workspace]\nresolver = \"3\"\nmembers = [{members}]\n\n[patch.crates-io]\n{patches}");
+    fs::write(folder.join("Cargo.toml"), manifest)?;
+    fs::copy(workspace.root.join("Cargo.lock"), folder.join("Cargo.lock"))?;
+    Ok(folder)
 }
 
 /// Builds the core for the board by itself, without its features and with each of them alone: no other package of the
@@ -43,7 +81,7 @@ pub(crate) fn core_alone(workspace: &Workspace, toolchain: &Toolchain) -> Result
 /// Compares the compiler that the project promises to do with, `rust-version`, with those that its dependencies ask for, on
 /// this machine and on the board.
 pub(crate) fn compilers(workspace: &Workspace) -> Result<()> {
-    let host = process::stdout_of(std::process::Command::new("rustc").arg("-vV"))?;
+    let host = process::stdout_of(Command::new("rustc").arg("-vV"))?;
     let host = host.lines().find_map(|line| line.strip_prefix("host: ")).ok_or("rustc -vV names no host")?;
     let mut newer = Vec::new();
     for target in [host, TARGET] {

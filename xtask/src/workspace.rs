@@ -14,6 +14,8 @@ pub(crate) struct Workspace {
     pub(crate) target: PathBuf,
     /// Oldest compiler that builds the firmware, from `rust-version`.
     pub(crate) rust_version: String,
+    /// The version that all of the crates have.
+    pub(crate) version: String,
 }
 
 impl Workspace {
@@ -31,6 +33,7 @@ impl Workspace {
             target: text(&metadata["target_directory"], "target_directory")?.into(),
             rust_version: text(nodes.map_or(&Value::Null, |nodes| &nodes["rust_version"]), "rust_version")?
                 .to_owned(),
+            version: text(nodes.map_or(&Value::Null, |nodes| &nodes["version"]), "version")?.to_owned(),
         })
     }
 
