@@ -3,6 +3,7 @@
 
 use gain_gen::{
     design::Design,
+    margins::state_known,
     report::Report,
     solve::{Method, Outcome},
 };
@@ -21,6 +22,9 @@ const SAME_RATE: f64 = 1e-6;
 /// Second moments that shrink by less than this a step sum up the rounding of their units: only words are compared.
 const SLOWEST: f64 = 0.995;
 
+/// The same for margins: a boundary is narrowed to 1e-9 of a rate that is as certain as [`SAME_RATE`].
+const SAME_MARGIN: f64 = 1e-5;
+
 /// Name of the mean-square rate.
 const RATE: &str = "mean-square rate";
 
@@ -30,6 +34,7 @@ struct Told {
     words: Vec<(&'static str, String)>,
     /// What has no unit, or that of the cost.
     figures: Vec<(&'static str, f64)>,
+    margins: Vec<(&'static str, f64)>,
     tables: Vec<(&'static str, DMatrix<f64>)>,
 }
 
@@ -38,13 +43,13 @@ fn told(file: &str, units: &Units) -> Told {
         Ok(design) => design,
         Err(refused) => {
             let words = vec![("refused", refused.key)];
-            return Told { words, figures: vec![], tables: vec![] };
+            return Told { words, figures: vec![], margins: vec![], tables: vec![] };
         }
     };
     let mut report = Report::new(&design, Method::InFlight);
     let certified = report.certify().is_ok();
     let failed: Vec<_> = report.failed_conditions.iter().map(discriminant).collect();
-    let words = vec![
+    let mut words = vec![
         ("verdict", report.verdict().name().to_string()),
         ("failed conditions", format!("{failed:?}")),
         ("n_min", format!("{:?}", report.n_min)),
@@ -54,12 +59,12 @@ fn told(file: &str, units: &Units) -> Told {
     ];
     let mut figures =
         vec![("open-loop modulus", report.open_loop_modulus), ("q_crit", report.estimation.critical)];
-    let mut tables = vec![];
+    let (mut tables, mut margin_figures) = (vec![], vec![]);
     let (per_state, inputs) = (inverse(&units.states), &units.inputs);
     let (per_input, none) = (inverse(inputs), DVector::from_element(1, 1.0));
     let rate = report.solution.mean_square_rate;
     if rate > SLOWEST {
-        return Told { words, figures: vec![], tables };
+        return Told { words, figures: vec![], margins: vec![], tables };
     }
     if report.solution.outcome == Outcome::Converged {
         let law = &report.solution.law;
@@ -73,6 +78,16 @@ fn told(file: &str, units: &Units) -> Told {
             ("Lx", scaled(&law.lx, &per_input, &units.states)),
             ("M", scaled(&law.m, &per_input, inputs)),
             ("P", scaled(&report.solution.cost_to_go, &units.states, &units.states)),
+        ]);
+    }
+    if report.converged()
+        && let Some(margins) = state_known(&design, &report.solution)
+    {
+        words.push(("extra delay", format!("{:?}", margins.extra_delay)));
+        margin_figures.extend([
+            ("margin of loss", margins.extra_loss),
+            ("least input gain", margins.input_gain_min),
+            ("greatest input gain", margins.input_gain_max),
         ]);
     }
     if let Some(Ok(preview)) = &report.preview {
@@ -90,7 +105,7 @@ fn told(file: &str, units: &Units) -> Told {
             tables.push((name, scaled(bound, &per_state, &per_state)));
         }
     }
-    Told { words, figures, tables }
+    Told { words, figures, margins: margin_figures, tables }
 }
 
 /// What differs but for rounding.
@@ -104,6 +119,12 @@ fn differences(expected: &Told, found: &Told) -> Vec<String> {
         let difference = (found - expected).abs() / expected.abs().max(1.0);
         let same = if *name == RATE { SAME_RATE } else { SAME };
         if found != expected && (difference.is_nan() || difference > same) {
+            differences.push(format!("{name}: {found}, not {expected}"));
+        }
+    }
+    for ((name, expected), (_, found)) in expected.margins.iter().zip(&found.margins) {
+        let difference = (found - expected).abs() / expected.abs().max(1.0);
+        if difference.is_nan() || difference > SAME_MARGIN {
             differences.push(format!("{name}: {found}, not {expected}"));
         }
     }
