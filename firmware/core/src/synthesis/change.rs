@@ -53,28 +53,30 @@ impl<T: Number, const MEASURED: bool> Change<T, MEASURED> {
     fn replaced(mut self, entries: &mut [T], values: &[T], weights: &[T], new: impl Fn(T, T) -> T) -> Self {
         let length = entries.len();
         let (values, weights) = (&values[..length], &weights[..length]);
+        if !MEASURED {
+            for index in 0..length {
+                entries[index] = new(values[index], weights[index]);
+            }
+            return self;
+        }
         let mut pairs = entries.chunks_exact_mut(LANES);
         let (value_pairs, weight_pairs) = (values.chunks_exact(LANES), weights.chunks_exact(LANES));
         let rest = value_pairs.remainder().iter().zip(weight_pairs.remainder());
         for ((entries, values), weights) in pairs.by_ref().zip(value_pairs).zip(weight_pairs) {
             // Both are read before either is written.
             let new_pair = [new(values[0], weights[0]), new(values[1], weights[1])];
-            if MEASURED {
-                let by = [new_pair[0] - entries[0], new_pair[1] - entries[1]];
-                self.difference = [self.difference[0] + by[0].abs(), self.difference[1] + by[1].abs()];
-                self.size = [self.size[0] + new_pair[0].abs(), self.size[1] + new_pair[1].abs()];
-            }
+            let by = [new_pair[0] - entries[0], new_pair[1] - entries[1]];
+            self.difference = [self.difference[0] + by[0].abs(), self.difference[1] + by[1].abs()];
+            self.size = [self.size[0] + new_pair[0].abs(), self.size[1] + new_pair[1].abs()];
             entries[0] = new_pair[0];
             entries[1] = new_pair[1];
         }
         for (entry, (value, weight)) in pairs.into_remainder().iter_mut().zip(rest) {
             let value = new(*value, *weight);
-            if MEASURED {
-                // Beside zero, so that the sums stay pairs.
-                let by = [value - *entry, T::zero()];
-                self.difference = [self.difference[0] + by[0].abs(), self.difference[1] + by[1].abs()];
-                self.size = [self.size[0] + value.abs(), self.size[1] + T::zero().abs()];
-            }
+            // Beside zero, so that the sums stay pairs.
+            let by = [value - *entry, T::zero()];
+            self.difference = [self.difference[0] + by[0].abs(), self.difference[1] + by[1].abs()];
+            self.size = [self.size[0] + value.abs(), self.size[1] + T::zero().abs()];
             *entry = value;
         }
         self

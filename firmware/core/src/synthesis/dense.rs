@@ -75,6 +75,30 @@ fn add_two<T: Number>(
     }
 }
 
+/// `tile += scale * a^T b`, of as many columns of `a` from the first given one on as the tile has rows, and the same of `b`; both
+/// have `columns` in all. Sums go by the rows of `a` and `b`, and stay in registers.
+#[inline(never)]
+pub(super) fn add_tile<T: Number, const SIZE: usize>(
+    tile: &mut [[T; SIZE]; SIZE],
+    scale: T,
+    (a, first_a): (&[T], usize),
+    (b, first_b): (&[T], usize),
+    columns: usize,
+) {
+    let mut sums = *tile;
+    for (a, b) in a.chunks_exact(columns).zip(b.chunks_exact(columns)) {
+        let (a, b) = (&a[first_a..][..SIZE], &b[first_b..][..SIZE]);
+        // The sign is applied to the smaller number of factors.
+        let factors: [T; SIZE] = core::array::from_fn(|row| scale * a[row]);
+        for row in 0..SIZE {
+            for column in 0..SIZE {
+                sums[row][column] += factors[row] * b[column];
+            }
+        }
+    }
+    *tile = sums;
+}
+
 /// `out += scale * row`.
 pub(super) fn add_scaled<T: Number>(out: &mut [T], scale: T, row: &[T]) {
     for (value, term) in out.iter_mut().zip(row) {

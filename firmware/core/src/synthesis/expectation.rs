@@ -97,8 +97,12 @@ impl<T: Number> Expectations<'_, T> {
         sums: &mut [T],
         row: &mut [T],
     ) {
-        self.quadratic.fill(T::zero());
-        self.linear.fill(T::zero());
+        let Dimensions { length, .. } = link.dimensions;
+        // In pieces that stay in the cache.
+        for part in [&mut *self.quadratic, self.linear] {
+            let width = (part.len() / length).max(1);
+            part.chunks_mut(width).for_each(|rows| rows.fill(T::zero()));
+        }
         let (history, arrived) = sums.split_at_mut(sums.len() / 2);
         add_up(link, told, history, arrived);
         self.add_in_flight(link, (y, told), (history, arrived), row);

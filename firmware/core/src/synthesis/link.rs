@@ -253,18 +253,15 @@ impl<T: Number> Link<'_, T> {
         change
     }
 
-    /// `N_0` becomes what a step takes off, of which `taken` writes a row.
+    /// `N_0` becomes what a step takes off, `taken`, a triangle.
     pub(super) fn begin_told<const MEASURED: bool>(
         &self,
         change: &mut Change<T, MEASURED>,
         told: &mut [T],
-        row: &mut [T],
-        taken: impl Fn(usize, &mut [T]),
+        taken: &mut [T],
     ) {
         for m in 0..self.later.len() {
-            let (row, target) = (&mut row[..=m], &mut told[triangle::row(m)]);
-            row.fill(T::zero());
-            taken(m, row);
+            let (row, target) = (&mut taken[triangle::row(m)], &mut told[triangle::row(m)]);
             self.add_what_stays(0, target, row);
             change.replace_all(target, row);
         }

@@ -4,10 +4,10 @@
 
 use super::change::Change;
 use super::cost_to_go::Layout;
-use super::dense::{add_rows, add_scaled, mirror_upper};
+use super::dense::{add_rows, add_scaled, add_tile, mirror_upper};
 use super::expectation::{Expectations, Products, products_len, sums_len};
 use super::link::{Link, fill_later, fill_told};
-use super::{Dimensions, InvalidProblem, Problem, SemidefiniteFactor, semidefinite};
+use super::{Dimensions, InvalidProblem, Problem, SemidefiniteFactor, semidefinite, triangle};
 use crate::Number;
 
 /// The recursion's state: cost-to-go `(P, S, Y, N_t)` and the gains of the last step.
@@ -181,13 +181,27 @@ impl<'p, 'w, T: Number> Synthesis<'p, 'w, T> {
         }
         SemidefiniteFactor::new(self.quadratic, rows, self.factor).solve_half(self.gains, columns);
         self.unsolved[0] = T::one();
-        self.step_back::<true>()
+        let value = core::mem::take(&mut self.value);
+        let change = self.step_back::<true>(value);
+        self.value = value;
+        change
     }
 
     /// One step with the gains held (THEORY 5): linear in the cost-to-go but for the stage cost.
     pub fn fixed_step(&mut self) {
+        let value = core::mem::take(&mut self.value);
+        self.fixed_step_of(value);
+        self.value = value;
+    }
+
+    /// The same for a cost-to-go that is kept elsewhere, of [`Dimensions::value_len`] numbers as [`Synthesis::value`] has them.
+    /// The one at hand stays as it is.
+    ///
+    /// # Panics
+    /// If it has fewer.
+    pub fn fixed_step_of(&mut self, value: &mut [T]) {
         self.gains();
-        self.expect();
+        self.expect_of(value);
         let (rows, columns) = (self.dimensions().sequence_rows(), self.dimensions().gain_columns());
         // X = G + T L, with T + T^T = Rbar: X^T L, plus the transpose, is sym(G^T L) + L^T Rbar L.
         let half = T::nearest(0.5);
@@ -197,7 +211,7 @@ impl<'p, 'w, T: Number> Synthesis<'p, 'w, T> {
             add_scaled(out, half * weights[0], own);
             add_rows(out, T::one(), rows - row - 1, (&weights[1..], 1), (later, columns));
         }
-        self.step_back::<false>();
+        self.step_back::<false>(value);
     }
 
     /// The link as the recursion sees it.
@@ -208,9 +222,16 @@ impl<'p, 'w, T: Number> Synthesis<'p, 'w, T> {
 
     /// Fills `quadratic` and `linear` from the cost-to-go.
     pub(super) fn expect(&mut self) {
+        let value = core::mem::take(&mut self.value);
+        self.expect_of(value);
+        self.value = value;
+    }
+
+    /// The same from this cost-to-go.
+    fn expect_of(&mut self, value: &[T]) {
         let Problem { survival, dimensions, .. } = self.problem;
         let link = Link { survival, dimensions, later: self.later, told: self.told };
-        let (p, s, y, told) = link.layout().split(self.value);
+        let (p, s, y, told) = link.layout().split(value);
         self.products.compute(&self.problem, p, s);
         Expectations { quadratic: self.quadratic, linear: self.linear }.fill(
             &link,
@@ -222,9 +243,9 @@ impl<'p, 'w, T: Number> Synthesis<'p, 'w, T> {
         );
     }
 
-    /// Replaces the cost-to-go by that of one cycle earlier, given the products of the old one and what the gains take off:
+    /// Replaces a cost-to-go by that of one cycle earlier, given the products of the old one and what the gains take off:
     /// `W^T W` in `gains`, or `-(X^T L + L^T X)` of `linear` and `gains`.
-    fn step_back<const MEASURED: bool>(&mut self) -> T {
+    fn step_back<const MEASURED: bool>(&mut self, value: &mut [T]) -> T {
         let Problem { survival, dimensions, .. } = self.problem;
         let (nx, columns) = (dimensions.states, dimensions.gain_columns());
         let link = Link { survival, dimensions, later: self.later, told: self.told };
@@ -234,7 +255,7 @@ impl<'p, 'w, T: Number> Synthesis<'p, 'w, T> {
             rows: dimensions.sequence_rows(),
             columns,
         };
-        let (p, s, y, told) = Layout::of(&dimensions).split_mut(self.value);
+        let (p, s, y, told) = Layout::of(&dimensions).split_mut(value);
 
         // P = Q + A^T P A + Gx^T Lx, S = D A^T P B V0 + D A^T S (I - C) Z + Gx^T M
         let v = link.later.len();
@@ -254,14 +275,17 @@ impl<'p, 'w, T: Number> Synthesis<'p, 'w, T> {
 
         let of_y = link.move_fresh::<MEASURED>(&self.products, y, self.scratch);
         let mut of_told = link.move_told::<MEASURED>(told, self.scratch);
-        link.begin_told(&mut of_told, told, self.scratch, |row, out| {
-            effect.add(T::one(), nx + row, nx, out);
-        });
+        let taken = &mut self.sums[..triangle::len(v)];
+        effect.fill_triangle(nx, taken);
+        link.begin_told(&mut of_told, told, taken);
         [of_p, of_s, of_y, of_told]
             .into_iter()
             .fold(T::zero(), |largest, change| largest.max(change.relative()))
     }
 }
+
+/// Rows and columns that are summed beside each other, in registers.
+const TILE: usize = 4;
 
 /// What the gains take off the cost, as a quadratic form in `[x; vbar]`.
 struct Effect<'w, T> {
@@ -284,5 +308,44 @@ impl<T: Number> Effect<'_, T> {
                 add_rows(out, -sign, self.rows, (&gains[row..], columns), (&with[first..], columns));
             }
         }
+    }
+
+    /// Writes the triangle of the part from row and column `first` on.
+    fn fill_triangle(&self, first: usize, out: &mut [T]) {
+        if self.columns - first < TILE {
+            self.fill_in_tiles::<1>(first, out);
+        } else {
+            self.fill_in_tiles::<TILE>(first, out);
+        }
+    }
+
+    fn fill_in_tiles<const SIZE: usize>(&self, first: usize, out: &mut [T]) {
+        let size = self.columns - first;
+        for row in (0..size).step_by(SIZE) {
+            // The last tile ends with the last row, and does some of the one before again.
+            let top = row.min(size - SIZE);
+            for column in (0..top + SIZE).step_by(SIZE) {
+                let left = column.min(size - SIZE);
+                let tile = self.tile::<SIZE>(first + top, first + left);
+                for (place, entries) in tile.iter().enumerate() {
+                    let row = out[triangle::row(top + place)].get_mut(left..).unwrap_or_default();
+                    row.iter_mut().zip(entries).for_each(|(entry, value)| *entry = *value);
+                }
+            }
+        }
+    }
+
+    /// The square of entries that begins with row `top` and column `left`.
+    fn tile<const SIZE: usize>(&self, top: usize, left: usize) -> [[T; SIZE]; SIZE] {
+        let (gains, columns) = (self.gains, self.columns);
+        let mut tile = [[T::zero(); SIZE]; SIZE];
+        match self.with {
+            None => add_tile(&mut tile, T::one(), (gains, top), (gains, left), columns),
+            Some(with) => {
+                add_tile(&mut tile, -T::one(), (with, top), (gains, left), columns);
+                add_tile(&mut tile, -T::one(), (gains, top), (with, left), columns);
+            }
+        }
+        tile
     }
 }
