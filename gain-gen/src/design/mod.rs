@@ -14,6 +14,7 @@ mod can;
 mod controller;
 mod cost;
 mod document;
+mod eigenvalues;
 mod equilibrium;
 mod error;
 mod event;

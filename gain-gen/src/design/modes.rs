@@ -5,11 +5,10 @@
 //! rounding is decided by a distance: how little the entries would have to change for a value to be an eigenvalue, or for
 //! a mode to be out of reach.
 
+use super::eigenvalues::eigenvalues;
 use crate::balance::{in_units, state_units, state_units_with_free_inputs};
-use nalgebra::{Complex, DMatrix, Schur};
+use nalgebra::{Complex, DMatrix};
 
-/// Sweeps of the QR iteration before another start is tried.
-const SWEEPS: usize = 10_000;
 /// Distance of a computed eigenvalue from the unit circle up to which rounding may have moved it: that of a sixfold one
 /// moves by the sixth root of the precision.
 const NEAR: f64 = 1e-2;
@@ -99,19 +98,18 @@ pub(crate) fn computed_eigenvalues(a: &DMatrix<f64>) -> Option<Vec<Complex<f64>>
     // Scaled to entries of at most 1: neither overflow nor underflow on the way.
     let scale = if a.amax() > 0.0 { a.amax() } else { 1.0 };
     let of = |a: DMatrix<f64>| {
-        let found =
-            Schur::try_new(a / scale, f64::EPSILON, SWEEPS)?.complex_eigenvalues() * Complex::from(scale);
+        let mut found = eigenvalues(&(a / scale))?;
+        found.iter_mut().for_each(|lambda| *lambda *= scale);
         found.iter().all(|lambda| lambda.re.is_finite() && lambda.im.is_finite()).then_some(found)
     };
     // The shifted QR iteration can stand still on orthogonal matrices such as a cyclic shift; a reflection
     // keeps the eigenvalues and breaks the pattern.
-    let found = of(a.clone()).or_else(|| {
+    of(a.clone()).or_else(|| {
         let normal = DMatrix::from_fn(a.nrows(), 1, |i, _| 1.0 / (i as f64 + 1.3));
         let strength = 2.0 / normal.norm_squared();
         let reflection = DMatrix::identity(a.nrows(), a.nrows()) - &normal * normal.transpose() * strength;
         of(&reflection * a * &reflection)
-    })?;
-    Some(found.iter().copied().collect())
+    })
 }
 
 /// The eigenvalue with what becomes of its mode.
@@ -206,7 +204,7 @@ pub(crate) fn spoken(lambda: Complex<f64>) -> String {
 mod tests {
     use super::*;
 
-    fn eigenvalues(a: &DMatrix<f64>) -> Option<Vec<Complex<f64>>> {
+    fn values_of_modes(a: &DMatrix<f64>) -> Option<Vec<Complex<f64>>> {
         Some(modes(a)?.into_iter().map(|mode| mode.value).collect())
     }
 
@@ -290,13 +288,13 @@ mod tests {
     #[test]
     fn eigenvalues_of_a_delay_line_are_zero() {
         let shift = DMatrix::from_fn(60, 60, |i, j| if j == i + 1 { 1.0 } else { 0.0 });
-        assert!(eigenvalues(&shift).unwrap().iter().all(|lambda| lambda.norm() == 0.0));
+        assert!(values_of_modes(&shift).unwrap().iter().all(|lambda| lambda.norm() == 0.0));
     }
 
     #[test]
     fn eigenvalues_of_very_large_and_very_small_matrices_are_found() {
         for unit in [1e-300, 1.0, 1e300] {
-            let mut found = eigenvalues(&(matrix([[1.0, 0.9], [0.9, 1.0]]) * unit)).unwrap();
+            let mut found = values_of_modes(&(matrix([[1.0, 0.9], [0.9, 1.0]]) * unit)).unwrap();
             found.sort_by(|x, y| x.re.total_cmp(&y.re));
             for (lambda, expected) in found.iter().zip([0.1, 1.9]) {
                 assert!((lambda / unit - Complex::from(expected)).norm() < 1e-14, "{unit}: {lambda}");
@@ -308,7 +306,7 @@ mod tests {
     fn eigenvalues_of_a_cyclic_shift_are_the_roots_of_one() {
         for size in 1..=9 {
             let shift = DMatrix::from_fn(size, size, |i, j| if j == (i + 1) % size { 1.0 } else { 0.0 });
-            let found = eigenvalues(&shift).unwrap();
+            let found = values_of_modes(&shift).unwrap();
             assert_eq!(found.len(), size);
             for lambda in found {
                 assert!((lambda.powu(size as u32) - Complex::from(1.0)).norm() < 1e-12, "{size}: {lambda}");
