@@ -52,6 +52,11 @@ pub fn dry_growth(problem: &LoopProblem, length: usize) -> f64 {
     dry_probability(&problem.link, length) * open_loop_modulus(&problem.a).powi(2)
 }
 
+/// The same for the problem's length, where the modulus is known.
+pub(crate) fn dry_growth_of(problem: &LoopProblem, open_loop_modulus: f64) -> f64 {
+    dry_probability(&problem.link, problem.length) * open_loop_modulus.powi(2)
+}
+
 /// Shortest length that Theorem 3.4 b) does not rule out, `N_min` of (3.39); `None` if it rules out all.
 pub fn shortest_admissible_length(problem: &LoopProblem) -> Option<usize> {
     // Beyond the largest delay a longer sequence does not arrive any more often.
@@ -66,7 +71,7 @@ pub fn shortest_admissible_length(problem: &LoopProblem) -> Option<usize> {
 /// the problem made ready, and `own` the solution for its own length, which is not sought again.
 pub(crate) fn critical_length(problem: &LoopProblem, start: &Start, own: &Solution) -> Option<usize> {
     let shortest = shortest_admissible_length(problem)?;
-    if problem.default_input == DefaultInput::Zero && open_loop_modulus(&problem.a) < 1.0 {
+    if problem.default_input == DefaultInput::Zero && start.open_loop_modulus() < 1.0 {
         // Sending zeros stabilises a plant that decays.
         return Some(shortest);
     }

@@ -33,7 +33,7 @@ pub(super) fn eigenvalues(matrix: &DMatrix<f64>) -> Option<Vec<Complex<f64>>> {
         } else if sweeps == SWEEPS {
             return None;
         } else {
-            let shifts = if sweeps > 0 && sweeps % STANDSTILL == 0 {
+            let shifts = if sweeps > 0 && sweeps.is_multiple_of(STANDSTILL) {
                 shifted += take_off(&mut left, last);
                 Shifts::unusual(&left, last)
             } else {

@@ -9,7 +9,7 @@
 //! it, with its checks: the residual at rounding level, and a closed loop that is mean-square stable.
 
 use crate::design::{DelayDistribution, Plant};
-use crate::solve::{LoopProblem, Method, Solution, solve};
+use crate::solve::{LoopProblem, Method, settled_cost, solve};
 use nalgebra::{DMatrix, SymmetricEigen};
 use slqg::DefaultInput;
 
@@ -17,7 +17,7 @@ use slqg::DefaultInput;
 ///
 /// `None` if there is none: `q` is not above the critical probability, not positive, or no noise drives an unstable mode.
 pub fn modified_riccati(plant: &Plant, q: f64) -> Option<DMatrix<f64>> {
-    let solution = mirrored(plant, q)?;
+    let solution = solve(&mirrored(plant, q)?, Method::InFlight);
     solution.is_stabilising().then_some(solution.cost_to_go)
 }
 
@@ -25,12 +25,13 @@ pub fn modified_riccati(plant: &Plant, q: f64) -> Option<DMatrix<f64>> {
 /// (posterior), nx x nx. Without noise on an unstable mode, that of a filter that has always known the mode.
 pub fn kalman_covariance(plant: &Plant) -> DMatrix<f64> {
     // A plant whose modes all show in measurements has a bounded solution, approached from below.
-    let prior = mirrored(plant, 1.0).expect("1 is a probability").cost_to_go;
+    let prior = settled_cost(&mirrored(plant, 1.0).expect("1 is a probability"));
     corrected(plant, &prior, 1.0)
 }
 
-fn mirrored(plant: &Plant, q: f64) -> Option<Solution> {
-    let problem = LoopProblem {
+/// The control problem that the filter's is, transposed; `None` if `q` is no probability.
+fn mirrored(plant: &Plant, q: f64) -> Option<LoopProblem> {
+    Some(LoopProblem {
         a: plant.a.transpose(),
         b: plant.c.transpose(),
         q: plant.process_noise.clone(),
@@ -38,8 +39,7 @@ fn mirrored(plant: &Plant, q: f64) -> Option<Solution> {
         link: DelayDistribution::new(vec![q]).ok()?,
         length: 1,
         default_input: DefaultInput::Zero,
-    };
-    Some(solve(&problem, Method::InFlight))
+    })
 }
 
 /// One step ahead: `A X A' + W`.

@@ -13,7 +13,7 @@ pub fn applied_costs(problem: &LoopProblem, solution: &Solution) -> Option<Vec<D
     if !solution.is_stabilising() {
         return None;
     }
-    let start = Start::of(problem).measured_by_given(&solution.cost_to_go);
+    let start = solution.start.measured_by_given(&solution.cost_to_go);
     let law = start.coordinates.express_law(&solution.law);
     let (states, inputs) = problem.b.shape();
     let gains = law.by_rows();
@@ -29,6 +29,7 @@ pub fn applied_costs(problem: &LoopProblem, solution: &Solution) -> Option<Vec<D
             problem: start.coordinates.express(&weighed),
             free: start.free.clone(),
             begun: None,
+            open_loop_modulus: start.open_loop_modulus,
         };
         let flat = Flat::new(&start.problem);
         let mut workspace = vec![0.0; flat.dimensions.workspace_len()];

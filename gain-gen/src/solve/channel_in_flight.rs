@@ -45,6 +45,8 @@ impl ChannelSolution {
 
 /// Solves for a controller that learns the state of `channel` one cycle late. The problem's own link does not matter.
 pub fn solve_channel(problem: &LoopProblem, channel: &MarkovLink) -> ChannelSolution {
+    let network_free = Start::of(problem);
+    let (coordinates, problem) = (&network_free.coordinates, &network_free.problem);
     let links: Vec<Flat> = (0..channel.states())
         .map(|state| Flat::with_survival(problem, survival(problem, channel.delays(state))))
         .collect();
@@ -54,7 +56,6 @@ pub fn solve_channel(problem: &LoopProblem, channel: &MarkovLink) -> ChannelSolu
     let no_cost = LoopProblem { q: &problem.q * 0.0, r: &problem.r * 0.0, ..problem.clone() };
     let without_cost: Vec<Flat> =
         links.iter().map(|link| Flat::with_survival(&no_cost, link.survival().to_vec())).collect();
-    let network_free = Start::in_given_units(problem);
     let start = {
         let mut first = links[0].synthesis(&mut workspaces[0]);
         first.restart(network_free.cost_to_go().as_slice());
@@ -78,12 +79,16 @@ pub fn solve_channel(problem: &LoopProblem, channel: &MarkovLink) -> ChannelSolu
     let gains = recursion
         .gains
         .iter()
-        .map(|gains| DMatrix::from_row_slice(rows, gains.len() / rows, gains))
+        .map(|gains| {
+            let mut gain = DMatrix::from_row_slice(rows, gains.len() / rows, gains);
+            coordinates.restore_gain(&mut gain);
+            gain
+        })
         .collect();
     let cost_to_go = recursion
         .values
         .iter()
-        .map(|value| DMatrix::from_row_slice(states, states, &value[..states * states]))
+        .map(|value| coordinates.cost(&DMatrix::from_row_slice(states, states, &value[..states * states])))
         .collect();
     ChannelSolution {
         outcome: ending.outcome,

@@ -7,9 +7,7 @@ use super::{
     evaluation::solve_like,
     krylov::norm,
     modes::{Mode, modes},
-    spectral::{
-        BEYOND, CLEARLY_UNSTABLE, FILTER, NEAR_ONE, RESOLVENT, SPACES, largest_real_near_one, settled_radius,
-    },
+    spectral::{BEYOND, FILTER, NEAR_ONE, RESOLVENT, SPACES, dominant, largest_real_near_one},
     sums::{StateLoop, Sums},
 };
 use nalgebra::DMatrix;
@@ -55,12 +53,19 @@ impl ClosedLoop<'_> {
     ///
     /// Multiplied out, so that products of `n x n` matrices are taken once a mode and not once a pair of modes.
     pub(crate) fn apply(&self, from: &[f64], to: &mut [f64]) {
+        to.copy_from_slice(from);
+        self.apply_to(to);
+    }
+
+    /// The same in place.
+    fn apply_to(&self, costs: &mut [f64]) {
         let size = self.size();
-        let costs = from.chunks_exact(size * size).map(|cost| DMatrix::from_column_slice(size, size, cost));
+        let matrices =
+            costs.chunks_exact(size * size).map(|cost| DMatrix::from_column_slice(size, size, cost));
         let ages = self.chain.ages.iter();
-        let parts: Vec<_> = ages.zip(costs).map(|(&age, cost)| self.modes[age].backward(&cost)).collect();
+        let parts: Vec<_> = ages.zip(matrices).map(|(&age, cost)| self.modes[age].backward(&cost)).collect();
         let transitions = &self.chain.transitions;
-        for ((mode, gain), out) in self.gains.iter().enumerate().zip(to.chunks_exact_mut(size * size)) {
+        for ((mode, gain), out) in self.gains.iter().enumerate().zip(costs.chunks_exact_mut(size * size)) {
             let state = expect(transitions, mode, parts.iter().map(|part| &part.state));
             let coupling = expect(transitions, mode, parts.iter().map(|part| &part.coupling));
             let sequence = expect(transitions, mode, parts.iter().map(|part| &part.sequence));
@@ -85,27 +90,21 @@ impl ClosedLoop<'_> {
     /// Spectral radius of [`ClosedLoop::apply`]: the mean-square rate, below 1 iff the loop is mean-square stable.
     pub(crate) fn rate(&self) -> f64 {
         let one = DMatrix::<f64>::identity(self.size(), self.size()).as_slice().repeat(self.gains.len());
-        let apply = |from: &[f64], to: &mut [f64]| self.apply(from, to);
-        let (found, settled) = settled_radius(&one, FILTER, [STRIDE; SPACES], apply);
-        if settled || found > CLEARLY_UNSTABLE {
-            return found;
+        let found = dominant(&one, FILTER, [STRIDE; SPACES], |costs| self.apply_to(costs));
+        if found.is_clear() {
+            return found.radius;
         }
         // Many eigenvalues are about as large. The rate is the one that is real and nearest to a number beyond them all.
-        let growth = if found < NEAR_ONE { BEYOND * found } else { 1.0 };
+        let growth = if found.radius < NEAR_ONE { BEYOND * found.radius } else { 1.0 };
         let sums = self.alike().discounted(growth);
         let nearest = largest_real_near_one(&one, |residual| {
-            solve_like(
-                residual,
-                norm(residual),
-                RESOLVENT,
-                |from| self.spread(&sums, from),
-                |from, to| {
-                    apply(from, to);
-                    to.iter_mut().for_each(|entry| *entry /= growth);
-                },
-            )
+            let alike = |costs: &mut [f64]| self.spread(&sums, costs);
+            solve_like(residual, norm(residual), RESOLVENT, alike, |costs| {
+                self.apply_to(costs);
+                costs.iter_mut().for_each(|entry| *entry /= growth);
+            })
         });
-        nearest.map_or(found, |nearest| growth * nearest)
+        nearest.map_or(found.radius, |nearest| growth * nearest)
     }
 
     /// The loop of the state alone, with the first input of a sequence applied at once.
@@ -116,13 +115,12 @@ impl ClosedLoop<'_> {
         StateLoop::of(plant.a.view((0, 0), (states, states)) + plant.b.view((0, 0), (states, inputs)) * gain)
     }
 
-    /// About the costs whose step takes `stages` off them: what the state's part comes to, the same for every mode.
-    fn spread(&self, alike: &Option<Sums>, stages: &[f64]) -> Vec<f64> {
-        let mut costs = stages.to_vec();
+    /// Makes of `costs` about those whose step takes them off: what the state's part comes to, the same for every mode.
+    fn spread(&self, alike: &Option<Sums>, costs: &mut [f64]) {
         let (size, (states, _)) = (self.size(), self.modes[0].plant);
-        let Some(sums) = alike else { return costs };
+        let Some(sums) = alike else { return };
         let mut mean = DMatrix::<f64>::zeros(states, states);
-        for (share, stage) in self.chain.shares().iter().zip(stages.chunks_exact(size * size)) {
+        for (share, stage) in self.chain.shares().iter().zip(costs.chunks_exact(size * size)) {
             let stage = DMatrix::from_column_slice(size, size, stage);
             mean += stage.view((0, 0), (states, states)) * *share;
         }
@@ -134,7 +132,6 @@ impl ClosedLoop<'_> {
                 }
             }
         }
-        costs
     }
 }
 

@@ -3,9 +3,9 @@
 //! They come from the data, by [`crate::balance`], so that no verdict and no gain depends on the units of the design.
 //! All of them are powers of two: going there and back is exact.
 
-use super::{Law, LoopProblem, Solution};
+use super::{Law, LoopProblem, Solution, flat::scale_value};
 use crate::balance::{power_of_two, state_units};
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 use slqg::synthesis::Dimensions;
 
 /// `x = D z`, `u = E w`, and costs in units of `R` in these inputs.
@@ -109,6 +109,28 @@ impl Coordinates {
         DMatrix::from_fn(d.len(), d.len(), |i, j| cost[(i, j)] / d[i] / d[j])
     }
 
+    /// Makes of a gain over states and inputs in flight here, `(N nu) x n`, one over the design's.
+    pub(super) fn restore_gain(&self, gain: &mut DMatrix<f64>) {
+        let (d, e) = (&self.states, &self.inputs);
+        for (i, j) in grid(gain) {
+            gain[(i, j)] *= e[i % e.len()] / if j < d.len() { d[j] } else { e[(j - d.len()) % e.len()] };
+        }
+    }
+
+    /// A covariance of the design's states, `nx x nx`, as one of these.
+    pub(super) fn express_covariance(&self, covariance: &DMatrix<f64>) -> DMatrix<f64> {
+        let d = &self.states;
+        DMatrix::from_fn(d.len(), d.len(), |i, j| covariance[(i, j)] / d[i] / d[j])
+    }
+
+    /// The design's state, and the inputs that were sent after it, in these coordinates.
+    pub(super) fn express_augmented(&self, augmented: &mut DVector<f64>) {
+        let (d, e) = (&self.states, &self.inputs);
+        for (place, value) in augmented.iter_mut().enumerate() {
+            *value /= if place < d.len() { d[place] } else { e[(place - d.len()) % e.len()] };
+        }
+    }
+
     /// A solution for these coordinates as one for the design's.
     pub(super) fn restore(&self, mut solution: Solution, dimensions: &Dimensions) -> Solution {
         let (d, e) = (&self.states, &self.inputs);
@@ -120,43 +142,24 @@ impl Coordinates {
         for (i, j) in grid(&solution.law.m) {
             solution.law.m[(i, j)] *= input(i) / input(j);
         }
-        for gain in solution.coupled_gains.iter_mut().flatten() {
-            for (i, j) in grid(gain) {
-                gain[(i, j)] *= input(i) / if j < d.len() { d[j] } else { input(j - d.len()) };
-            }
-        }
+        solution.coupled_gains.iter_mut().flatten().for_each(|gain| self.restore_gain(gain));
         solution.cost_to_go = self.cost(&solution.cost_to_go);
-        if let Some(value) = &mut solution.value {
-            self.restore_value(value, dimensions);
+        for value in solution.value.iter_mut().chain(&mut solution.slowest) {
+            self.change_value(value, dimensions, f64::recip);
         }
         solution
     }
 
-    /// `(P, S, Y, N_t)` as the core lays them out.
-    fn restore_value(&self, value: &mut [f64], dimensions: &Dimensions) {
-        let states: Vec<f64> = self.states.iter().map(|unit| unit.recip()).collect();
-        let in_flight: Vec<f64> = (0..dimensions.in_flight_rows())
-            .map(|row| self.inputs[row % self.inputs.len()].recip())
-            .collect();
-        let (p, rest) = value.split_at_mut(states.len() * states.len());
-        let (s, triangles) = rest.split_at_mut(states.len() * in_flight.len());
-        scale(p, &states, &states);
-        scale(s, &states, &in_flight);
-        // `Y` has all inputs in flight, `N_t` those from `t` on.
-        let firsts = std::iter::once(0).chain((0..in_flight.len()).step_by(self.inputs.len()));
-        let places = firsts.flat_map(|first| {
-            (first..in_flight.len()).flat_map(move |row| (first..=row).map(move |column| (row, column)))
-        });
-        for (entry, (row, column)) in triangles.iter_mut().zip(places) {
-            *entry *= in_flight[row] * in_flight[column];
-        }
+    /// A cost-to-go `(P, S, Y, N_t)` of the design's, as the core lays it out, as one for these coordinates.
+    pub(super) fn express_value(&self, value: &mut [f64], dimensions: &Dimensions) {
+        self.change_value(value, dimensions, |unit| unit);
     }
-}
 
-/// Multiplies a matrix by rows with a factor for each row and each column.
-fn scale(matrix: &mut [f64], rows: &[f64], columns: &[f64]) {
-    for (entries, row) in matrix.chunks_exact_mut(columns.len().max(1)).zip(rows) {
-        entries.iter_mut().zip(columns).for_each(|(entry, column)| *entry *= row * column);
+    fn change_value(&self, value: &mut [f64], dimensions: &Dimensions, factor: impl Fn(f64) -> f64) {
+        let states: Vec<f64> = self.states.iter().map(|&unit| factor(unit)).collect();
+        let inputs: Vec<f64> = self.inputs.iter().map(|&unit| factor(unit)).collect();
+        let in_flight = inputs.repeat(dimensions.in_flight());
+        scale_value(value, self.inputs.len(), &states, &in_flight);
     }
 }
 

@@ -73,6 +73,7 @@ pub fn correlated(
 ) -> Result<Correlated, TooManyModes> {
     let chain = ModeChain::with_channel(channel, problem.length)?;
     let average = LoopProblem { link: channel.average().clone(), ..problem.clone() };
+    let start = Start::of(problem);
     let designs = Knowledge::ALL.into_iter().filter_map(|knowledge| {
         let by_age = |gains: &[DMatrix<f64>]| chain.ages.iter().map(|&age| gains[age].clone()).collect();
         let gains = match knowledge {
@@ -80,10 +81,10 @@ pub fn correlated(
                 let solution = solve(&average, Method::Coupled);
                 solution.is_stabilising().then(|| by_age(&solution.mode_gains()))?
             }
-            Knowledge::Ages => by_age(&settle_over(chain.lumped(), problem)?.gains),
-            Knowledge::Channel => settle_over(chain.clone(), problem)?.gains,
+            Knowledge::Ages => by_age(&settle_over(chain.lumped(), &start)?),
+            Knowledge::Channel => settle_over(chain.clone(), &start)?,
         };
-        Some(on_channel(problem, &chain, process_noise, knowledge, gains))
+        Some(on_channel(&start, &chain, process_noise, knowledge, gains))
     });
     let designs = designs.collect();
     Ok(Correlated { chain, designs })
@@ -96,26 +97,28 @@ impl Correlated {
     }
 }
 
-/// The recursion over a chain at its fixed point; `None` if no gains stabilise the loop.
-fn settle_over(chain: ModeChain, problem: &LoopProblem) -> Option<CoupledRecursion> {
-    let start = Start::in_given_units(problem);
-    let mut recursion = CoupledRecursion::over(chain, problem, start.cost_to_go());
+/// The gains of the recursion over a chain at its fixed point; `None` if none stabilise the loop.
+fn settle_over(chain: ModeChain, start: &Start) -> Option<Vec<DMatrix<f64>>> {
+    let mut recursion = CoupledRecursion::over(chain, &start.problem, start.cost_to_go());
     let ending = iterate(&mut recursion, start.cost_scale(), false);
-    (ending.outcome == Outcome::Converged).then_some(recursion)
+    let mut gains = (ending.outcome == Outcome::Converged).then_some(recursion.gains)?;
+    gains.iter_mut().for_each(|gain| start.coordinates.restore_gain(gain));
+    Some(gains)
 }
 
 fn on_channel(
-    problem: &LoopProblem,
+    start: &Start,
     chain: &ModeChain,
     process_noise: &DMatrix<f64>,
     knowledge: Knowledge,
     gains: Vec<DMatrix<f64>>,
 ) -> OnChannel {
-    let modes = modes(problem);
-    let closed = ClosedLoop { modes: &modes, chain, gains: &gains };
+    let modes = modes(&start.problem);
+    let expressed: Vec<_> = gains.iter().map(|gain| start.coordinates.express_gain(gain)).collect();
+    let closed = ClosedLoop { modes: &modes, chain, gains: &expressed };
     let mean_square_rate = closed.rate();
     let control_cost = match mean_square_rate < 1.0 {
-        true => long_run_cost(&closed, process_noise),
+        true => long_run_cost(&closed, &start.coordinates.express_covariance(process_noise)),
         false => f64::INFINITY,
     };
     OnChannel { knowledge, gains, mean_square_rate, control_cost }

@@ -11,7 +11,6 @@ use super::{
     modes::{Mode, modes},
     tracking::Tracked,
 };
-use crate::stability;
 use nalgebra::{DMatrix, DVector};
 use slqg::synthesis;
 
@@ -120,7 +119,7 @@ impl Recursion for CoupledRecursion {
 /// The recursion at its fixed point, and how it got there.
 pub(super) fn settle(start: &Start) -> (CoupledRecursion, Ending) {
     let mut recursion = CoupledRecursion::new(&start.problem, start.cost_to_go());
-    let ending = iterate(&mut recursion, start.cost_scale(), stability::runs_dry(&start.problem));
+    let ending = iterate(&mut recursion, start.cost_scale(), start.runs_dry());
     (recursion, ending)
 }
 
@@ -139,6 +138,8 @@ pub(super) fn solve(start: &Start) -> Solution {
         cost_to_go: recursion.cost_to_go[0].view((0, 0), (states, states)).into_owned(),
         coupled_gains: Some(recursion.gains),
         value: None,
+        slowest: None,
+        start: start.clone(),
     }
 }
 

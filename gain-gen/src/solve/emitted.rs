@@ -20,7 +20,7 @@ impl Solution {
         }
     }
 
-    /// Mean-square rate of the loop with the numbers that are emitted. Of sequences too long for the dense second moments,
+    /// Mean-square rate of the loop with the numbers that are emitted, for the problem it solves. Of sequences too long for the dense second moments,
     /// `Lx` and `M` are rounded and `r` is exact.
     pub fn emitted_rate(&self, problem: &LoopProblem, scalar: DeviceScalar) -> f64 {
         let size = problem.a.nrows() + problem.b.ncols() * (table_len(problem.length) + 1);
@@ -31,7 +31,9 @@ impl Solution {
             {
                 mean_square_rate(problem, &self.emitted_gains(scalar))
             }
-            DeviceScalar::F32 => rate_of(problem, &self.law.rounded_to(scalar), &self.cost_to_go),
+            DeviceScalar::F32 => {
+                rate_of(&self.start, &self.law.rounded_to(scalar), &self.cost_to_go, self.slowest.as_ref())
+            }
         }
     }
 }

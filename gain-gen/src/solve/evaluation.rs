@@ -19,24 +19,28 @@ pub(crate) fn solve_correction(
     residual: &[f64],
     scale: f64,
     tolerance: f64,
-    apply: impl FnMut(&[f64], &mut [f64]),
+    mut apply: impl FnMut(&[f64], &mut [f64]),
 ) -> Option<Vec<f64>> {
-    solve_like(residual, scale, tolerance, |from| from.to_vec(), apply)
+    let mut before = residual.to_vec();
+    let in_place = |vector: &mut [f64]| {
+        before.copy_from_slice(vector);
+        apply(&before, vector);
+    };
+    solve_like(residual, scale, tolerance, |_| (), in_place)
 }
 
-/// The same with the help of `solved`, which gives for `r` about the `d` with `d = T d + r`.
+/// The same for a map that works in place, with the help of `solved`, which makes of `r` about the `d` with `d = T d + r`.
 pub(super) fn solve_like(
     residual: &[f64],
     scale: f64,
     tolerance: f64,
-    solved: impl Fn(&[f64]) -> Vec<f64>,
-    mut apply: impl FnMut(&[f64], &mut [f64]),
+    solved: impl Fn(&mut [f64]),
+    mut apply: impl FnMut(&mut [f64]),
 ) -> Option<Vec<f64>> {
     let target = tolerance * scale;
     let mut correction = vec![0.0; residual.len()];
     let mut rest = residual.to_vec();
     let mut reached = norm(&rest);
-    let mut image = vec![0.0; residual.len()];
     for _ in 0..RESTARTS {
         if reached <= target {
             break;
@@ -45,10 +49,11 @@ pub(super) fn solve_like(
         let mut best = (Vec::new(), f64::INFINITY);
         while space.can_grow() {
             // I - T, after what is like its inverse.
-            space.grow(|from, to| {
-                let from = solved(from);
-                apply(&from, to);
-                to.iter_mut().zip(from).for_each(|(to, from)| *to = from - *to);
+            space.grow(|vector| {
+                solved(vector);
+                let before = vector.to_vec();
+                apply(vector);
+                vector.iter_mut().zip(before).for_each(|(value, before)| *value = before - *value);
             });
             if space.dimension() % LOOK_EVERY == 0 || !space.can_grow() {
                 best = least_squares(&space, reached);
@@ -57,12 +62,14 @@ pub(super) fn solve_like(
                 }
             }
         }
-        let step = solved(&space.combine(&best.0));
+        let mut step = space.combine(&best.0);
+        solved(&mut step);
         correction.iter_mut().zip(step).for_each(|(value, step)| *value += step);
         // The true residual, not the one the recursion believes in.
-        apply(&correction, &mut image);
+        rest.copy_from_slice(&correction);
+        apply(&mut rest);
         for (index, rest) in rest.iter_mut().enumerate() {
-            *rest = residual[index] + image[index] - correction[index];
+            *rest += residual[index] - correction[index];
         }
         let now = norm(&rest);
         // A space that took off less than half is not worth another.
@@ -77,7 +84,7 @@ pub(super) fn solve_like(
 
 /// Coordinates that leave the smallest residual of a right-hand side of the given length, and its length.
 fn least_squares(space: &Krylov, length: f64) -> (Vec<f64>, f64) {
-    let projected = space.projected_with_rest().into_owned();
+    let projected = space.projected_with_rest();
     let mut right = DVector::zeros(projected.nrows());
     right[0] = length;
     let factors = projected.clone().qr();

@@ -58,7 +58,7 @@ impl Flat {
         work(&mut synthesis)
     }
 
-    /// The core's recursion for this problem; `workspace` must be of its dimensions' length.
+    /// The core's recursion for this problem; `workspace` must be of its dimensions' length, and zero.
     pub(super) fn synthesis<'w>(&self, workspace: &'w mut [f64]) -> Synthesis<'_, 'w, f64> {
         synthesis(self.problem(), workspace)
     }
@@ -79,10 +79,29 @@ pub(crate) fn row_major(matrix: &DMatrix<f64>) -> Vec<f64> {
     matrix.transpose().as_slice().to_vec()
 }
 
-/// The core's recursion for a problem and a workspace of its dimensions' length.
+/// The core's recursion for a problem and a workspace of its dimensions' length, all zeros.
 pub(super) fn synthesis<'p, 'w>(
     problem: Problem<'p, f64>,
     workspace: &'w mut [f64],
 ) -> Synthesis<'p, 'w, f64> {
-    Synthesis::new(problem, workspace).expect("slices and workspace are made to the problem's dimensions")
+    // Fresh memory is zero already: nothing is there to be resumed.
+    Synthesis::resume(problem, workspace).expect("slices and workspace are made to the problem's dimensions")
+}
+
+/// Multiplies `(P, S, Y, N_t)`, as the core lays them out, by a factor for the row and one for the column of each entry: those of
+/// the states, `nx`, and of the inputs in flight, `n_v nu`.
+pub(super) fn scale_value(value: &mut [f64], inputs: usize, states: &[f64], in_flight: &[f64]) {
+    let mut rest = value;
+    let mut scale_row = |row: &f64, columns: &[f64]| {
+        let (entries, later) = std::mem::take(&mut rest).split_at_mut(columns.len());
+        rest = later;
+        entries.iter_mut().zip(columns).for_each(|(entry, column)| *entry *= row * column);
+    };
+    for columns in [states, in_flight] {
+        states.iter().for_each(|row| scale_row(row, columns));
+    }
+    // `Y` has all inputs in flight, `N_t` those from `t` on.
+    for first in std::iter::once(0).chain((0..in_flight.len()).step_by(inputs)) {
+        (first..in_flight.len()).for_each(|row| scale_row(&in_flight[row], &in_flight[first..=row]));
+    }
 }

@@ -36,6 +36,8 @@ pub(super) trait Recursion {
     /// Keeps the cost-to-go as it is now: what changes of it from here on shows what the loop forgets slowly, which is
     /// what [`Recursion::rate`] looks for.
     fn remember(&mut self) {}
+    /// Takes plain steps from here on.
+    fn walk(&mut self) {}
     /// The gains of the last step, in any order.
     fn gains(&mut self) -> Vec<f64>;
     /// Whether the cost-to-go has left the units it was begun in so far behind that others serve better.
@@ -76,6 +78,8 @@ const SCALE_LOOK: usize = 16;
 const ON_THE_LIMIT: usize = 256;
 /// Change of the gains, relative to the largest, at which they stand still.
 const STILL: f64 = 1e-13;
+/// The same where rounding moves them: one that grows again is of that kind.
+const CALM: f64 = 1e-10;
 /// Rounding of a step, relative to the gains.
 const ROUNDING: f64 = 8.0 * f64::EPSILON;
 /// Residual that counts when rounding lets it fall no further.
@@ -205,7 +209,7 @@ fn resolved(rate: f64) -> f64 {
 }
 
 /// Value steps until the residual has fallen far enough, if it goes on as it did over the last `steps` of them.
-fn value_steps_to_come(residual: f64, before: f64, steps: usize) -> f64 {
+pub(super) fn value_steps_to_come(residual: f64, before: f64, steps: usize) -> f64 {
     let shrinks = (residual / before).ln() / steps as f64;
     if before.is_finite() && shrinks < 0.0 { (RESIDUAL / residual).ln() / shrinks } else { f64::INFINITY }
 }
@@ -213,6 +217,7 @@ fn value_steps_to_come(residual: f64, before: f64, steps: usize) -> f64 {
 /// Steps on until the gains stand still too: those of inputs that are hardly ever applied hardly show in the cost. Returns
 /// what is still to come of their change, relative to the largest.
 fn settle_gains(recursion: &mut impl Recursion, ending: &mut Ending) -> f64 {
+    recursion.walk();
     let mut gains = recursion.gains();
     let mut before = f64::INFINITY;
     for _ in 0..=recursion.memory() {
@@ -221,7 +226,7 @@ fn settle_gains(recursion: &mut impl Recursion, ending: &mut Ending) -> f64 {
         let change = change_of(&mut gains, recursion.gains());
         // Falling changes go on falling as they did; those of rounding do not add up.
         let shrinks = change / before;
-        if change <= STILL || (before.is_finite() && shrinks >= 1.0) {
+        if change <= STILL || (change <= CALM && shrinks >= 1.0) {
             return if before.is_finite() && shrinks < 0.5 {
                 change * shrinks / (1.0 - shrinks)
             } else {

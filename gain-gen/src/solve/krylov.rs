@@ -1,19 +1,20 @@
 //! Arnoldi's process: an orthonormal basis of the space that repeated application of a linear map spans, and the map
 //! projected onto it. What is read off it, eigenvalues or solutions, is in `spectral` and `evaluation`.
 
-use nalgebra::{DMatrix, DMatrixView};
+use nalgebra::DMatrix;
 
 /// A new direction shorter than this, relative to the map's image, is rounding: the space is invariant.
 const BREAKDOWN: f64 = 1e-14;
 
 /// A new direction shorter than this, relative to the map's image, has lost digits by cancellation.
-const CANCELLED: f64 = 1e-2;
+const CANCELLED: f64 = 1e-4;
 
 /// The space spanned so far.
 pub(super) struct Krylov {
     basis: Vec<Vec<f64>>,
-    /// Upper Hessenberg, one more row than columns in use.
-    projected: DMatrix<f64>,
+    /// Columns of the projected map, each with the entry below the diagonal: upper Hessenberg.
+    projected: Vec<Vec<f64>>,
+    most: usize,
     invariant: bool,
 }
 
@@ -23,59 +24,73 @@ impl Krylov {
         let length = norm(start);
         (length > 0.0).then(|| Self {
             basis: vec![start.iter().map(|value| value / length).collect()],
-            projected: DMatrix::zeros(most + 1, most),
+            projected: Vec::with_capacity(most),
+            most,
             invariant: false,
         })
     }
 
     /// Applications so far.
     pub(super) fn dimension(&self) -> usize {
-        self.basis.len() - usize::from(!self.invariant)
+        self.projected.len()
     }
 
     /// Whether another application is possible: there is room, and it would lead out of the space.
     pub(super) fn can_grow(&self) -> bool {
-        !self.invariant && self.dimension() < self.projected.ncols()
+        !self.invariant && self.dimension() < self.most
     }
 
     /// Applies the map once more.
-    pub(super) fn grow(&mut self, mut apply: impl FnMut(&[f64], &mut [f64])) {
-        let column = self.dimension();
-        let mut image = vec![0.0; self.basis[column].len()];
-        apply(&self.basis[column], &mut image);
+    pub(super) fn grow(&mut self, mut apply: impl FnMut(&mut [f64])) {
+        let mut image = self.basis[self.dimension()].clone();
+        apply(&mut image);
         let reached = norm(&image);
-        let mut rest = self.take_off(column, &mut image);
+        let mut column = vec![0.0; self.basis.len()];
+        let mut rest = self.take_off(&mut column, &mut image);
         if rest <= CANCELLED * reached {
             // Twice is enough: the second pass removes what cancellation left of the first.
-            rest = self.take_off(column, &mut image);
+            rest = self.take_off(&mut column, &mut image);
         }
-        if rest <= BREAKDOWN * reached {
-            self.invariant = true;
-        } else {
-            self.projected[(column + 1, column)] = rest;
+        self.invariant = rest <= BREAKDOWN * reached;
+        column.push(if self.invariant { 0.0 } else { rest });
+        self.projected.push(column);
+        if !self.invariant {
             image.iter_mut().for_each(|value| *value /= rest);
             self.basis.push(image);
         }
     }
 
     /// Takes from `image` what lies in the space, into a column of the projected map; returns the length of what is left.
-    fn take_off(&mut self, column: usize, image: &mut [f64]) -> f64 {
-        for (row, direction) in self.basis.iter().enumerate() {
+    fn take_off(&self, column: &mut [f64], image: &mut [f64]) -> f64 {
+        for (entry, direction) in column.iter_mut().zip(&self.basis) {
             let along = dot(direction, image);
-            self.projected[(row, column)] += along;
+            *entry += along;
             image.iter_mut().zip(direction).for_each(|(value, part)| *value -= along * part);
         }
         norm(image)
     }
 
     /// The map within the space, square.
-    pub(super) fn projected(&self) -> DMatrixView<'_, f64> {
-        self.projected.view((0, 0), (self.dimension(), self.dimension()))
+    pub(super) fn projected(&self) -> DMatrix<f64> {
+        self.projected_to(self.dimension())
     }
 
     /// The map from the space into the space with one application more.
-    pub(super) fn projected_with_rest(&self) -> DMatrixView<'_, f64> {
-        self.projected.view((0, 0), (self.dimension() + 1, self.dimension()))
+    pub(super) fn projected_with_rest(&self) -> DMatrix<f64> {
+        self.projected_to(self.dimension() + 1)
+    }
+
+    /// What leads out of the space, from its last direction.
+    pub(super) fn rest(&self) -> f64 {
+        self.projected.last().and_then(|column| column.last()).copied().unwrap_or(0.0)
+    }
+
+    fn projected_to(&self, rows: usize) -> DMatrix<f64> {
+        let mut matrix = DMatrix::zeros(rows, self.dimension());
+        for (mut column, entries) in matrix.column_iter_mut().zip(&self.projected) {
+            column.iter_mut().zip(entries).for_each(|(entry, value)| *entry = *value);
+        }
+        matrix
     }
 
     /// The vector with these coordinates.
@@ -89,7 +104,7 @@ impl Krylov {
 }
 
 /// Sum of products in eight interleaved partial sums.
-fn dot(a: &[f64], b: &[f64]) -> f64 {
+pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
     let mut sums = [0.0; 8];
     let (a_eights, b_eights) = (a.chunks_exact(8), b.chunks_exact(8));
     let rest: f64 = a_eights.remainder().iter().zip(b_eights.remainder()).map(|(a, b)| a * b).sum();

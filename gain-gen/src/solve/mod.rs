@@ -25,12 +25,14 @@
 //! | `evaluation` | fixed point of an affine map: the cost of given gains |
 //! | `applied` | how large the inputs are that the loop applies |
 //! | `sums` | the same for a loop that is a single matrix |
+//! | `acceleration` | steps of an iteration combined, so that fewer do |
 //! | `age_chain` | the transition matrix of the actuator's age |
 //! | `mode_chain` | what the controller may know of the network: ages, and states of a channel |
 //! | `law` | gains in both forms, and the way from one to the other |
 //!
 //! Conditions that need no gains (how long sequences must at least be) are in [`crate::stability`].
 
+mod acceleration;
 mod age_chain;
 mod applied;
 mod channel_in_flight;
@@ -59,6 +61,7 @@ mod tracking;
 mod trigger;
 
 use crate::design::{DelayDistribution, Design};
+use crate::stability;
 use coordinates::Coordinates;
 use nalgebra::DMatrix;
 use network_free::{NetworkFree, network_free};
@@ -192,6 +195,10 @@ pub struct Solution {
     coupled_gains: Option<Vec<DMatrix<f64>>>,
     /// The whole cost-to-go `(P, S, Y, N_t)` as the core lays it out; the coupled recursion has none.
     value: Option<Vec<f64>>,
+    /// A cost-to-go that the loop forgets last, as far as it is known.
+    slowest: Option<Vec<f64>>,
+    /// The problem it was solved from.
+    start: Start,
     /// `P`, `nx x nx`.
     pub cost_to_go: DMatrix<f64>,
 }
@@ -231,7 +238,17 @@ pub fn solve(problem: &LoopProblem, method: Method) -> Solution {
     Start::of(problem).solve(method)
 }
 
+/// `P` for the problem, as [`solve`] finds it, where nobody asks how fast the loop forgets.
+pub(crate) fn settled_cost(problem: &LoopProblem) -> DMatrix<f64> {
+    let start = Start::of(problem);
+    match &start.free {
+        Some(free) if problem.is_network_free() => start.coordinates.cost(&free.cost_to_go),
+        _ => start.solve(Method::InFlight).cost_to_go,
+    }
+}
+
 /// A problem made ready to be solved.
+#[derive(Debug, Clone)]
 pub(crate) struct Start {
     /// Where `problem` is expressed.
     coordinates: Coordinates,
@@ -241,6 +258,8 @@ pub(crate) struct Start {
     free: Option<NetworkFree>,
     /// A cost-to-go of the state to go on from, `nx x nx`.
     begun: Option<DMatrix<f64>>,
+    /// Largest modulus of the eigenvalues of `A`.
+    open_loop_modulus: f64,
 }
 
 impl Start {
@@ -265,6 +284,7 @@ impl Start {
             problem: relative.express(&self.problem),
             free: self.free.clone().map(|free| free.in_units(&states, &inputs)),
             begun: Some(relative.express_cost(cost)),
+            open_loop_modulus: self.open_loop_modulus,
         }
     }
 
@@ -286,6 +306,7 @@ impl Start {
             problem: self.problem.with_length(length),
             free: self.free.clone(),
             begun: None,
+            open_loop_modulus: self.open_loop_modulus,
         }
     }
 
@@ -293,28 +314,32 @@ impl Start {
     pub(crate) fn of(problem: &LoopProblem) -> Self {
         let coordinates = Coordinates::of(problem);
         let balanced = coordinates.express(problem);
+        let open_loop_modulus = stability::open_loop_modulus(&problem.a);
         let Some(free) = network_free(&balanced) else {
-            return Self { problem: balanced, coordinates, free: None, begun: None };
+            return Self { problem: balanced, coordinates, free: None, begun: None, open_loop_modulus };
         };
         // Now that it is known what a state and an input cost, units in which all cost the same.
         let price = &balanced.r + balanced.b.tr_mul(&(&free.cost_to_go * &balanced.b));
         let by_cost = coordinates.by_cost(&free.cost_to_go, &price);
         let (states, inputs) = by_cost.relative_to(&coordinates);
         let free = free.in_units(&states, &inputs);
-        Self { problem: by_cost.express(problem), coordinates: by_cost, free: Some(free), begun: None }
+        Self {
+            problem: by_cost.express(problem),
+            coordinates: by_cost,
+            free: Some(free),
+            begun: None,
+            open_loop_modulus,
+        }
     }
 
-    /// The same in the units of the problem itself, for results that are not to be restored.
-    fn in_given_units(problem: &LoopProblem) -> Self {
-        let Self { coordinates, free, .. } = Self::of(problem);
-        let given = Coordinates::given(problem);
-        let (states, inputs) = given.relative_to(&coordinates);
-        Self {
-            free: free.map(|free| free.in_units(&states, &inputs)),
-            problem: problem.clone(),
-            coordinates: given,
-            begun: None,
-        }
+    /// Theorem 3.4 b): whether the buffer runs dry so often that no controller can stabilise the plant.
+    fn runs_dry(&self) -> bool {
+        stability::dry_growth_of(&self.problem, self.open_loop_modulus) > 1.0
+    }
+
+    /// Largest modulus of the eigenvalues of `A`, from [`stability::open_loop_modulus`].
+    pub(crate) fn open_loop_modulus(&self) -> f64 {
+        self.open_loop_modulus
     }
 
     /// The cost-to-go of the state to start from, `nx x nx`: never above what the network makes of it.

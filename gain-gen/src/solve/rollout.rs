@@ -11,9 +11,10 @@ use super::{
 use nalgebra::{DMatrix, DVector};
 
 /// The thesis' event-triggered loop in steady state.
-pub struct Rollout<'p> {
-    problem: &'p LoopProblem,
-    /// `Kbar(i)`: cost-to-go once every packet that may be under way was sent. Corollary 5.1.
+pub struct Rollout {
+    /// The problem, in the coordinates in which it is solved.
+    start: Start,
+    /// `Kbar(i)`: cost-to-go once every packet that may be under way was sent. Corollary 5.1. In these coordinates.
     always: Vec<DMatrix<f64>>,
 }
 
@@ -30,20 +31,21 @@ pub struct Situation {
     pub age: usize,
 }
 
-impl<'p> Rollout<'p> {
+impl Rollout {
     /// Solves the coupled recursion; `None` unless it converges.
-    pub fn new(problem: &'p LoopProblem) -> Option<Self> {
-        let (recursion, ending) = settle(&Start::in_given_units(problem));
-        (ending.outcome == super::Outcome::Converged)
-            .then_some(Self { problem, always: recursion.cost_to_go })
+    pub fn new(problem: &LoopProblem) -> Option<Self> {
+        let start = Start::of(problem);
+        let (recursion, ending) = settle(&start);
+        (ending.outcome == super::Outcome::Converged).then_some(Self { start, always: recursion.cost_to_go })
     }
 
     /// `C(not send) - C(send)` without the cost of the packet, given that every later one is sent: thesis Lemma 5.1.
     pub fn benefit(&self, situation: &Situation) -> f64 {
-        let nx = self.problem.a.nrows();
+        let nx = self.start.problem.a.nrows();
         let mut augmented = DVector::zeros(nx + situation.sent.len());
         augmented.rows_mut(0, nx).copy_from(&situation.state);
         augmented.rows_mut(nx, situation.sent.len()).copy_from(&situation.sent);
+        self.start.coordinates.express_augmented(&mut augmented);
         let cost = |send: bool| {
             let cost = self.cost_to_go(&situation.was_sent, send);
             augmented.dot(&(&cost[situation.age] * &augmented))
@@ -53,8 +55,9 @@ impl<'p> Rollout<'p> {
 
     /// `K_k(i)` for this history and this decision, by the last `N` steps of (5.12).
     fn cost_to_go(&self, was_sent: &[bool], send: bool) -> Vec<DMatrix<f64>> {
-        let length = self.problem.length;
-        let mut recursion = CoupledRecursion::new(self.problem, &self.problem.q);
+        let problem = &self.start.problem;
+        let length = problem.length;
+        let mut recursion = CoupledRecursion::new(problem, &problem.q);
         recursion.cost_to_go.clone_from(&self.always);
         // From cycle k + N on, no packet whose sending is in doubt is of use.
         for ahead in (0..length).rev() {
@@ -63,7 +66,7 @@ impl<'p> Rollout<'p> {
                 std::cmp::Ordering::Equal => send,
                 std::cmp::Ordering::Greater => was_sent.get(age - ahead - 1).copied().unwrap_or(true),
             };
-            recursion.chain.transitions = transitions(self.problem, is_sent);
+            recursion.chain.transitions = transitions(problem, is_sent);
             recursion.step();
         }
         recursion.cost_to_go

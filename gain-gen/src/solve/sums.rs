@@ -67,13 +67,11 @@ impl Sums {
         })
     }
 
-    /// The same for a whole cost-to-go, which begins with `C` by rows; the rest stays as it is.
-    pub(super) fn of_value(&self, states: usize, value: &[f64]) -> Vec<f64> {
-        let mut result = value.to_vec();
-        let stage = &mut result[..states * states];
+    /// Makes of the `C` that a whole cost-to-go begins with, by rows, its `X`; the rest stays as it is.
+    pub(super) fn add_to(&self, states: usize, value: &mut [f64]) {
+        let stage = &mut value[..states * states];
         let total = self.total(DMatrix::from_row_slice(states, states, stage));
         let symmetric = (&total + total.transpose()) * 0.5;
         stage.copy_from_slice(symmetric.as_slice());
-        result
     }
 }

@@ -13,10 +13,10 @@ mod refinement;
 
 use super::LoopProblem;
 use super::radius::{radius, rough_radius};
-use crate::extended::{rounded, widened};
+use crate::extended::{Extended, rounded, widened};
 use doubling::doubling;
 use nalgebra::DMatrix;
-use refinement::{Equation, Refined};
+use refinement::{Equation, Refined, SETTLED};
 
 /// Error of the gains up to which a solution found in `f64` is good enough.
 const GOOD: f64 = 1e-12;
@@ -28,7 +28,9 @@ pub(super) struct NetworkFree {
     pub(super) cost_to_go: DMatrix<f64>,
     /// `K`, `nu x nx`: `u = K x`.
     pub(super) gain: DMatrix<f64>,
-    /// Spectral radius of `A + B K`, to the last digit where the problem has no network.
+    /// `A + B K`, `nx x nx`, in the coordinates it was found in.
+    closed: DMatrix<Extended>,
+    /// Its spectral radius, not to the last digits.
     pub(super) radius: f64,
     /// How far the gains may be off, relative to the largest of their row: what the last correction moved.
     pub(super) error: f64,
@@ -41,23 +43,36 @@ pub(super) struct NetworkFree {
 pub(super) fn network_free(problem: &LoopProblem) -> Option<NetworkFree> {
     let equation = Equation::new(&problem.a, &problem.b, &problem.q, &problem.r);
     let spread = equation.spread()?;
+    // What only is to be begun with needs fewer digits.
+    let settled = if problem.is_network_free() { SETTLED } else { GOOD };
     let fast = doubling(&problem.a, &rounded(&spread), &problem.q)
-        .and_then(|cost| equation.refine(widened(&cost)))
+        .and_then(|cost| equation.refine(widened(&cost), settled))
         .filter(|found| found.error <= GOOD);
     let found = match fast {
         Some(found) => found,
         None => {
             let (a, q) = equation.transition_and_weight();
-            equation.refine(doubling(a, &spread, q)?)?
+            equation.refine(doubling(a, &spread, q)?, settled)?
         }
     };
     let Refined { cost, gain, closed, error } = found;
     // Where there is a network it is not the rate of the loop, only of what the recursion starts from.
-    let radius = if problem.is_network_free() { radius(&closed) } else { rough_radius(&rounded(&closed)) };
-    (radius < 1.0).then(|| NetworkFree { cost_to_go: rounded(&cost), gain: rounded(&gain), radius, error })
+    let radius = rough_radius(&rounded(&closed));
+    (radius < 1.0).then(|| NetworkFree {
+        cost_to_go: rounded(&cost),
+        gain: rounded(&gain),
+        closed,
+        radius,
+        error,
+    })
 }
 
 impl NetworkFree {
+    /// Spectral radius of `A + B K` to the last digit.
+    pub(super) fn exact_radius(&self) -> f64 {
+        radius(&self.closed)
+    }
+
     /// The same in coordinates in which states and inputs have these units.
     pub(super) fn in_units(mut self, states: &[f64], inputs: &[f64]) -> Self {
         let size = states.len();

@@ -15,7 +15,7 @@ const MOST: usize = 12;
 /// Squarings after which a sum of powers below 1 has converged: 2^64 terms.
 const SQUARINGS: usize = 64;
 /// Change of the gains, relative to the largest of their row, that leaves every digit of `f64` as it is.
-const SETTLED: f64 = 1e-16;
+pub(super) const SETTLED: f64 = 1e-16;
 /// Corrections that may leave the gains as far off as they were.
 const SETBACKS: usize = 3;
 
@@ -70,8 +70,9 @@ impl Equation {
         Some((gain, closed, rounded(&rest)))
     }
 
-    /// The solution nearest to `cost`; `None` if `cost` gives no gains that shrink all costs.
-    pub(super) fn refine(&self, cost: DMatrix<Extended>) -> Option<Refined> {
+    /// The solution nearest to `cost`, corrected until a correction moves the gains by no more than `settled`, relative to the
+    /// largest of each row; `None` if `cost` gives no gains that shrink all costs.
+    pub(super) fn refine(&self, cost: DMatrix<Extended>, settled: f64) -> Option<Refined> {
         let mut cost = cost;
         let (mut gain, mut closed, mut rest) = self.put_in(&cost)?;
         let mut error = f64::INFINITY;
@@ -83,7 +84,7 @@ impl Equation {
             (gain, closed, rest) = next;
             setbacks += usize::from(moved > 0.5 * error);
             error = error.min(moved);
-            if moved <= SETTLED || setbacks == SETBACKS {
+            if moved <= settled || setbacks == SETBACKS {
                 break;
             }
         }
