@@ -6,8 +6,8 @@
 //!
 //! prints the rate and the steps it took. Under `valgrind --tool=callgrind --toggle-collect='solve::counted*'` the program it has
 //! built counts the instructions of `solve` and nothing else. With this file and its entry in `Cargo.toml` put into the sources
-//! of commit 2dd7b08, the last before this work, that takes 29.5 million for the double integrator with N = 20, 2262 million with
-//! N = 100, and 116.0 million for the pendulum with N = 16; with the sources beside it 8.8, 448 and 16.2 million.
+//! of commit 2dd7b08, that takes 29.5 million for the double integrator with N = 20, 2262 million with N = 100, and 116.0 million
+//! for the pendulum with N = 16; with the sources beside it 5.6, 308 and 12.8 million. `docs/accuracy.md` says where they went.
 
 use gain_gen::{
     design::Design,
