@@ -136,11 +136,9 @@ pub fn run_ends<T: Scalar, const NX: usize, const NU: usize, const NY: usize, X:
         let stage_cost = fitted.objective.stage(cycle, &state, &input);
         result.cost += stage_cost;
         result.age_sum += applied.age.steps().unwrap_or(contender.laws[0].length);
-        let (estimate, covariance) = ends.estimate();
         record(Snapshot {
             state: &state,
-            estimate,
-            covariance,
+            estimate: ends.estimate(),
             input: &input,
             stage_cost,
             tuning: ends.tuning(),

@@ -10,11 +10,11 @@ use crate::{
     lent::Lent,
     size_class::LONGEST_SEQUENCE,
 };
-use nalgebra::{SMatrix, SVector};
 use slqg::{
     Scalar, Tick,
     actuator::{Actuator, Applied},
     controller::{Controller, Law},
+    estimator::Estimate,
     tuning, wire,
 };
 use std::convert::Infallible;
@@ -52,8 +52,8 @@ pub trait Ends<T: Scalar, const NX: usize, const NU: usize> {
     /// # Errors
     /// If the actuator has stopped.
     fn play(&mut self) -> Result<Played<'_, T, NU>, Self::Error>;
-    /// The controller's estimate of the state, and the covariance of its error.
-    fn estimate(&self) -> (&SVector<T, NX>, &SMatrix<T, NX, NX>);
+    /// The controller's estimate of the state.
+    fn estimate(&self) -> &Estimate<T, NX>;
     /// What the controller did in this cycle if it tunes itself.
     fn tuning(&self) -> Option<tuning::Event<T>> {
         None
@@ -172,9 +172,8 @@ impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize> Ends<T, NX, N
         Ok((applied, Some(frame)))
     }
 
-    fn estimate(&self) -> (&SVector<T, NX>, &SMatrix<T, NX, NX>) {
-        let estimator = self.controller.estimator();
-        (estimator.posterior_mean(), estimator.posterior_covariance())
+    fn estimate(&self) -> &Estimate<T, NX> {
+        self.controller.estimator().posterior()
     }
 
     fn tuning(&self) -> Option<tuning::Event<T>> {

@@ -35,8 +35,8 @@ fn normalised(text: &str, acknowledgement: &Acknowledgement, merging: Merging) -
     let one = |number| {
         let mut normalised = Vec::new();
         run(&fitted, &contender, RunPlan { steps: STEPS, seed: 5, run: number }, |snapshot| {
-            let error = snapshot.state - snapshot.estimate;
-            if let Some(factor) = snapshot.covariance.cholesky() {
+            let error = snapshot.state - snapshot.estimate.mean;
+            if let Some(factor) = snapshot.estimate.covariance().cholesky() {
                 normalised.push(error.dot(&factor.solve(&error)));
             }
         });

@@ -12,18 +12,11 @@ mod plain;
 use dice::Dice;
 use driven::{Driven, MERGINGS, ages};
 use mixture::{BOTH, LENGTH, Scenario};
-use plain::Plain;
+use plain::{Plain, agree, widened};
 use slqg::estimator::Merging;
 use slqg::{DefaultInput, Scalar, Tick};
 
 type Filter<T> = Driven<T, 2, 1, 1, LENGTH, 8>;
-
-/// Whether two lists of numbers agree but for rounding.
-fn agree(found: &[f64], expected: &[f64], tolerance: f64) -> bool {
-    let scale = expected.iter().fold(1.0, |scale: f64, number| scale.max(number.abs()));
-    found.len() == expected.len()
-        && found.iter().zip(expected).all(|(found, expected)| (found - expected).abs() < tolerance * scale)
-}
 
 /// Runs an estimator through the scenario and looks at it in every cycle but the first.
 fn run<T: Scalar>(
@@ -128,15 +121,19 @@ fn an_acknowledged_age_is_certain() {
     });
 }
 
-/// With every age known.
-fn is_the_kalman_filter<T: Scalar>(kept: impl Fn(Merging) -> usize) {
+/// With every age known; `tolerance` is relative.
+fn is_the_kalman_filter<T: Scalar>(kept: impl Fn(Merging) -> usize, tolerance: f64) {
     scenarios::<T>(50, 40, |_, scenario, dice| {
         let measured: Vec<bool> = (0..=40).map(|_| dice.roll() < 0.7).collect();
         for merging in MERGINGS {
-            let model = &scenario.link.model;
+            let model = &widened(&scenario.link.model);
+            let [inputs, outputs] = [
+                scenario.applied.iter().map(|applied| applied.input.map(T::widen)).collect::<Vec<_>>(),
+                scenario.outputs.iter().map(|output| output.map(T::widen)).collect(),
+            ];
             let mut plain = Plain::new(model);
             if measured[0] {
-                plain.update(model, scenario.outputs[0]);
+                plain.update(model, outputs[0]);
             }
             run_in(
                 scenario.link.driven_keeping(kept(merging), merging, 7, Tick(0)),
@@ -144,13 +141,16 @@ fn is_the_kalman_filter<T: Scalar>(kept: impl Fn(Merging) -> usize) {
                 |_| true,
                 |at| measured[at],
                 |now, driven| {
-                    plain.predict(model, scenario.applied[now - 1].input);
+                    plain.predict(model, inputs[now - 1]);
                     if measured[now] {
-                        plain.update(model, scenario.outputs[now]);
+                        plain.update(model, outputs[now]);
                     }
-                    let found =
-                        driven.numbers().iter().map(|number| number.widen().to_bits()).collect::<Vec<_>>();
-                    assert_eq!(found, plain.bits(), "cycle {now} with {merging:?}");
+                    let found: Vec<f64> = driven.numbers().iter().map(|number| number.widen()).collect();
+                    let expected = plain.numbers();
+                    assert!(
+                        agree(&found, &expected, tolerance),
+                        "cycle {now} with {merging:?}: {found:?} {expected:?}"
+                    );
                 },
             );
         }
@@ -158,11 +158,29 @@ fn is_the_kalman_filter<T: Scalar>(kept: impl Fn(Merging) -> usize) {
 }
 
 #[test]
-fn with_every_age_known_it_is_the_kalman_filter_to_the_bit() {
-    is_the_kalman_filter::<f32>(|_| 1);
-    is_the_kalman_filter::<f64>(|_| 1);
-    is_the_kalman_filter::<f32>(|merging| merging.estimates(LENGTH));
-    is_the_kalman_filter::<f64>(|merging| merging.estimates(LENGTH));
+fn with_every_age_known_it_is_the_kalman_filter() {
+    is_the_kalman_filter::<f32>(|_| 1, 1e-5);
+    is_the_kalman_filter::<f64>(|_| 1, 1e-11);
+    is_the_kalman_filter::<f32>(|merging| merging.estimates(LENGTH), 1e-5);
+    is_the_kalman_filter::<f64>(|merging| merging.estimates(LENGTH), 1e-11);
+}
+
+#[test]
+fn with_every_age_known_what_would_be_kept_apart_changes_no_bit() {
+    scenarios::<f32>(50, 40, |_, scenario, dice| {
+        let measured: Vec<bool> = (0..=40).map(|_| dice.roll() < 0.7).collect();
+        let mut single = Vec::new();
+        run(&scenario, Merging::Single, |_| true, |at| measured[at], |_, driven| single.push(driven.bits()));
+        for merging in MERGINGS {
+            run(
+                &scenario,
+                merging,
+                |_| true,
+                |at| measured[at],
+                |now, driven| assert_eq!(driven.bits(), single[now - 1], "cycle {now} with {merging:?}"),
+            );
+        }
+    });
 }
 
 /// Compares with the exact mixture in the last `cycles` cycles, of whose ages some are known; before them all are.

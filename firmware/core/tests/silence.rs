@@ -67,7 +67,8 @@ impl Loop<'_> {
         }
         let frame = self.controller.cycle(&mut buffer).expect("there is room").map(<[u8]>::to_vec);
         let estimate = self.controller.estimator();
-        let numbers = estimate.posterior_mean().iter().chain(estimate.posterior_covariance().iter());
+        let covariance = estimate.posterior_covariance();
+        let numbers = estimate.posterior_mean().iter().chain(covariance.iter());
         assert!(numbers.into_iter().all(|number| number.is_finite()));
         let sum = estimate.modes().expect("filtered").iter().map(|(_, probability)| probability).sum::<f32>();
         assert!((sum - 1.0).abs() < 1e-5, "{sum}");

@@ -58,6 +58,8 @@ pub enum Notice {
     Realigned(Tick),
     /// No clock for too long, or none yet: the plant gets the safe input.
     Safe,
+    /// The sensor was silent for so long that the controller's estimate had become of no use, and began anew.
+    EstimateAnew(Tick),
     /// A blob of gains has come to an end.
     Gains(Verdict),
     /// A controller that tunes itself has done something about its gains.

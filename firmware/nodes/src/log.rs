@@ -62,6 +62,9 @@ pub(crate) fn note(notice: Notice) {
     match notice {
         Notice::Aligned(tick) => defmt::info!("first cycle {=u32}", tick.0),
         Notice::Realigned(tick) => defmt::warn!("begins anew with cycle {=u32}", tick.0),
+        Notice::EstimateAnew(tick) => {
+            defmt::warn!("no measurement for too long: the estimate begins anew in cycle {=u32}", tick.0)
+        }
         Notice::Safe => defmt::warn!("no cycle for too long: safe input"),
         Notice::Gains(verdict) => defmt::info!("gains: verdict {=u8}", verdict as u8),
         Notice::Tuned(TuningStep::Started) => defmt::info!("the link has changed: solving"),

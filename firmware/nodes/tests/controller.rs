@@ -55,6 +55,18 @@ fn a_node_whose_clock_frame_is_lost_goes_on_by_its_timer() {
 }
 
 #[test]
+fn a_node_that_hears_no_sensor_says_that_its_estimate_begins_anew_and_goes_on() {
+    let (mut node, mut desk) = (Node::default(), Desk::default());
+    for tick in 5..500 {
+        desk.clock(&mut node, tick, STEPPED);
+        assert_eq!(desk.kinds(), [Kind::Control, Kind::Ran], "cycle {tick}");
+    }
+    let anew = desk.notices.iter().filter(|notice| matches!(notice, Notice::EstimateAnew(_))).count();
+    assert!((2..20).contains(&anew), "{:?}", desk.notices);
+    assert_eq!(desk.notices.len(), anew + 1, "{:?}", desk.notices);
+}
+
+#[test]
 fn a_node_that_is_asked_tells_how_it_is() {
     let (mut node, mut desk) = (node(), Desk::default());
     desk.clock(&mut node, 5, STEPPED);

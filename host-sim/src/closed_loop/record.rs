@@ -4,8 +4,8 @@
 
 use crate::{contender::Contender, size_class::LONGEST_SEQUENCE};
 use gain_gen::design::Acknowledgement;
-use nalgebra::{SMatrix, SVector};
-use slqg::{Scalar, tuning, wire};
+use nalgebra::SVector;
+use slqg::{Scalar, estimator::Estimate, tuning, wire};
 use slqg_links::{
     loop_bus::{LoopBus, Role},
     path::Fate,
@@ -69,9 +69,7 @@ pub struct Snapshot<'s, T: Scalar, const NX: usize, const NU: usize> {
     /// True state.
     pub state: &'s SVector<f64, NX>,
     /// The controller's estimate of it.
-    pub estimate: &'s SVector<T, NX>,
-    /// Covariance of its error, as the controller has it.
-    pub covariance: &'s SMatrix<T, NX, NX>,
+    pub estimate: &'s Estimate<T, NX>,
     /// Input applied.
     pub input: &'s SVector<f64, NU>,
     /// What the cycle costs.
@@ -100,8 +98,14 @@ impl<T: Scalar, const NX: usize, const NU: usize> Snapshot<'_, T, NX, NU> {
         };
         CycleRecord {
             state: self.state.iter().copied().collect(),
-            estimate: self.estimate.iter().map(|value| value.widen()).collect(),
-            deviation: self.covariance.diagonal().iter().map(|value| value.widen().sqrt()).collect(),
+            estimate: self.estimate.mean.iter().map(|value| value.widen()).collect(),
+            deviation: self
+                .estimate
+                .covariance()
+                .diagonal()
+                .iter()
+                .map(|value| value.widen().sqrt())
+                .collect(),
             input: self.input.iter().copied().collect(),
             tracked: self.tracked.map(pairs).unwrap_or_default(),
             age: self.age,

@@ -101,18 +101,6 @@ impl<'f, T: Scalar, const NX: usize, const NU: usize, const NY: usize> Controlle
         self.starts += 1;
     }
 
-    /// Whether rounding has swallowed what a measurement says: the variance of an output, as the estimate has it, times the
-    /// scalar's epsilon is above the measurement's noise. So it ends if an unstable plant is not heard of for long.
-    fn is_lost(&self) -> bool {
-        let core = &self.core;
-        let model = self.first.model;
-        let variance = model.c * core.estimator().posterior_covariance() * model.c.transpose();
-        let known = |output: usize| {
-            variance[(output, output)] * T::EPSILON <= model.measurement_noise[(output, output)]
-        };
-        !(0..NY).all(known) || !core.estimator().posterior_mean().iter().all(|value| value.is_finite())
-    }
-
     fn cycle(&mut self, cycle: u64, outbox: &mut Outbox) {
         if !self.has_begun {
             self.begin(cycle);
@@ -123,6 +111,7 @@ impl<'f, T: Scalar, const NX: usize, const NU: usize, const NY: usize> Controlle
             return;
         }
         let core = &mut self.core;
+        let counted = core.counts().begun_anew;
         // A measurement that the core begins with may be of an earlier cycle than the current one.
         let (own, others): (Vec<_>, Vec<_>) = inbox.iter().partition(|frame| {
             decode_measurement::<T, NY>(frame).is_ok_and(|measured| measured.tick == core.tick())
@@ -138,10 +127,7 @@ impl<'f, T: Scalar, const NX: usize, const NU: usize, const NY: usize> Controlle
             outbox.push((Channel::Control, frame.to_vec()));
             self.sent += 1;
         }
-        if self.is_lost() {
-            self.has_begun = false;
-            self.lost_estimates += 1;
-        }
+        self.lost_estimates += u64::from(core.counts().begun_anew - counted);
     }
 }
 

@@ -16,11 +16,12 @@ use crate::{
     ends::{CoreEnds, Ends, Played},
     fitted::Fitted,
 };
-use nalgebra::{SMatrix, SVector};
+use nalgebra::SVector;
 use slqg::{
     Age, Scalar, Tick,
     actuator::Applied,
     controller::Law,
+    estimator::Estimate,
     wire::{self, GainsAnswer, Kind, Ran, Role, Status, Tuned, Verdict},
 };
 
@@ -280,7 +281,7 @@ impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize> Ends<T, NX, N
         Ok((applied, Some(&*self.frame)))
     }
 
-    fn estimate(&self) -> (&SVector<T, NX>, &SMatrix<T, NX, NX>) {
+    fn estimate(&self) -> &Estimate<T, NX> {
         self.twin.estimate()
     }
 

@@ -49,6 +49,9 @@ pub struct Counts {
     pub not_finite: u32,
     /// Cycles in which the sequence was not worth a packet, and none was sent.
     pub not_worth_sending: u32,
+    /// Cycles in which the estimate had become of no use, after too long without measurements, and began anew with what a
+    /// controller that joins the loop knows.
+    pub begun_anew: u32,
 }
 
 /// The controller end of the link.

@@ -129,6 +129,7 @@ impl<'m, T: Scalar, const NX: usize, const NU: usize, const NY: usize> Controlle
     pub(super) fn close(&mut self, law: &Law<'_, T, NX, NU>, is_sent: bool) {
         self.in_flight.push(is_sent);
         self.filter.advance(&around(&self.design, law, &self.in_flight));
+        self.counts.begun_anew = self.filter.begun_anew();
         self.is_proposed = false;
     }
 

@@ -1,95 +1,108 @@
 //! One Gaussian estimate of the state: prediction, measurement update, and merging several into one.
 
-use super::Model;
+use super::{Model, factored::Factored, prepared::Prepared};
 use crate::Scalar;
-use nalgebra::{Cholesky, SMatrix, SVector};
+use nalgebra::{SMatrix, SVector};
 
 /// A state estimate: mean and error covariance.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Estimate<T: Scalar, const NX: usize> {
     /// Mean of the state, in state units.
     pub mean: SVector<T, NX>,
-    /// Covariance of the error of `mean`.
-    pub covariance: SMatrix<T, NX, NX>,
+    /// Of the error of `mean`.
+    pub(super) covariance: Factored<T, NX>,
 }
 
 impl<T: Scalar, const NX: usize> Estimate<T, NX> {
     /// What memory for an estimate holds before there is one.
     pub const EMPTY: Self = Self {
         mean: SVector::from_array_storage(nalgebra::ArrayStorage([[T::ZERO; NX]])),
-        covariance: SMatrix::from_array_storage(nalgebra::ArrayStorage([[T::ZERO; NX]; NX])),
+        covariance: Factored::EMPTY,
     };
 
     /// What is known before the first measurement.
     pub fn initial<const NU: usize, const NY: usize>(model: &Model<T, NX, NU, NY>) -> Self {
-        Self { mean: model.initial_mean, covariance: model.initial_covariance }
+        Self { mean: model.initial_mean, covariance: Factored::of(&model.initial_covariance) }
+    }
+
+    /// Covariance of the error of the mean, `nx x nx`: symmetric, and positive semidefinite but for the rounding of this
+    /// product of its factors.
+    pub fn covariance(&self) -> SMatrix<T, NX, NX> {
+        self.covariance.matrix()
     }
 
     /// One cycle ahead: `A x + B u`, `A P A^T + W`, and `B U B^T` if the input is known with the covariance `U` only.
     ///
-    /// Without a measurement for long enough an unstable plant's prediction overflows; by then nothing is known
-    /// any more, and the filter starts anew from the initial mean and covariance rather than carry a NaN.
+    /// That may overflow: without a measurement for long enough an unstable plant's prediction does.
     pub(super) fn predict<const NU: usize, const NY: usize>(
         &self,
         model: &Model<T, NX, NU, NY>,
+        prepared: &Prepared<T, NX, NY>,
         input: &SVector<T, NU>,
         input_covariance: Option<&SMatrix<T, NU, NU>>,
     ) -> Self {
         let mean = model.a * self.mean + model.b * input;
-        let mut covariance = model.a * self.covariance * model.a.transpose() + model.process_noise;
+        let mut covariance = self.covariance.predicted(&model.a, prepared.process_noise());
         if let Some(input_covariance) = input_covariance {
-            covariance += model.b * input_covariance * model.b.transpose();
+            for (weight, direction) in Factored::of(input_covariance).directions() {
+                let moved = model.b * SVector::from(direction);
+                covariance.add(weight, core::array::from_fn(|state| moved[state]));
+            }
         }
-        let predicted = Self { mean, covariance: symmetric(covariance) };
-        if predicted.is_finite() { predicted } else { Self::initial(model) }
+        Self { mean, covariance }
     }
 
-    /// Measurement update in Joseph's form, which keeps the covariance positive semidefinite in `f32`; and what it says
-    /// for the estimate, see [`Innovation`].
+    /// Measurement update, one output after the other; and what it says for the estimate, see [`Innovation`].
     ///
-    /// A measurement whose innovation covariance is not numerically positive definite, or which would make the
-    /// estimate overflow, tells nothing that could be used and is left out: `None`.
-    pub(super) fn update<const NU: usize, const NY: usize>(
+    /// A measurement which would make the mean overflow tells nothing that could be used and is left out: `None`.
+    #[inline]
+    pub(super) fn update<const NY: usize>(
         &self,
-        model: &Model<T, NX, NU, NY>,
+        prepared: &Prepared<T, NX, NY>,
         output: &SVector<T, NY>,
     ) -> Option<(Self, Innovation<T, NY>)> {
-        let output_covariance = model.c * self.covariance;
-        let innovation_covariance = output_covariance * model.c.transpose() + model.measurement_noise;
-        let factor = Cholesky::new(symmetric(innovation_covariance))?;
-        let filter_gain = factor.solve(&output_covariance).transpose();
-        let innovation = output - model.c * self.mean;
-        let mean = self.mean + filter_gain * innovation;
-        let kept = SMatrix::<T, NX, NX>::identity() - filter_gain * model.c;
-        let covariance = kept * self.covariance * kept.transpose()
-            + filter_gain * model.measurement_noise * filter_gain.transpose();
-        let posterior = Self { mean, covariance };
-        posterior.is_finite().then(|| {
-            let covariance = symmetric(posterior.covariance);
-            (Self { covariance, ..posterior }, Innovation { innovation, factor })
-        })
+        let mut posterior = self.clone();
+        let mut said = Innovation { innovation: [T::zero(); NY], variance: [T::zero(); NY] };
+        for (place, (measured, row, noise)) in prepared.independent(output).enumerate() {
+            // An output that is certain beforehand tells nothing.
+            let Some((gain, variance)) = posterior.covariance.observe(row, noise) else { continue };
+            let expected = (0..NX).fold(T::zero(), |sum, state| sum + row[state] * posterior.mean[state]);
+            let innovation = measured - expected;
+            for state in 0..NX {
+                posterior.mean[state] += gain[state] * innovation;
+            }
+            said.innovation[place] = innovation;
+            said.variance[place] = variance;
+        }
+        posterior.mean.iter().all(|value| value.is_finite()).then_some((posterior, said))
     }
 
-    fn is_finite(&self) -> bool {
-        self.mean.iter().chain(self.covariance.iter()).all(|value| value.is_finite())
+    pub(super) fn is_finite(&self) -> bool {
+        self.covariance.is_finite() && self.mean.iter().all(|value| value.is_finite())
     }
 }
 
-/// The difference between a measurement and what an estimate expects, with the factor of its covariance.
+/// The differences between independent outputs and what an estimate expects of each after those before, with their
+/// variances; zero of an output that was certain.
 pub(super) struct Innovation<T: Scalar, const NY: usize> {
-    innovation: SVector<T, NY>,
-    factor: Cholesky<T, nalgebra::Const<NY>>,
+    innovation: [T; NY],
+    variance: [T; NY],
 }
 
 impl<T: Scalar, const NY: usize> Innovation<T, NY> {
+    pub(super) fn variances(&self) -> impl Iterator<Item = T> + '_ {
+        self.variance.iter().copied()
+    }
+
     /// Logarithm of the measurement's density under the estimate, but for a constant that is the same for all; of a
     /// measurement too far off to compute it, a number that is finite and lower than any other.
     pub(super) fn log_likelihood(&self) -> T {
-        let lower = self.factor.l_dirty();
-        let log_root = (0..NY).fold(T::zero(), |sum, row| sum + lower[(row, row)].logarithm());
-        let distance = self.innovation.dot(&self.factor.solve(&self.innovation));
+        let twice = self.innovation.iter().zip(&self.variance).filter(|(_, variance)| **variance > T::zero());
+        let twice = twice.fold(T::zero(), |sum, (innovation, variance)| {
+            sum + *innovation * (*innovation / *variance) + variance.logarithm()
+        });
         // A distance that overflows is infinite or no number; the maximum of that and a number is the number.
-        (-(T::nearest(0.5) * distance + log_root)).max(lowest())
+        (-(T::nearest(0.5) * twice)).max(lowest())
     }
 }
 
@@ -130,10 +143,9 @@ impl<T: Scalar, const NX: usize> Merged<T, NX> {
         let [own, new] = [self.log_weight, log_weight].map(|weight| (weight - largest).exponential());
         let share = new / (own + new);
         let between = other.mean - estimate.mean;
-        let covariance = estimate.covariance * (T::one() - share)
-            + other.covariance * share
-            + between * between.transpose() * (share * (T::one() - share));
-        let mixture = Estimate { mean: estimate.mean + between * share, covariance: symmetric(covariance) };
+        let mut covariance = estimate.covariance.mixed(&other.covariance, share);
+        covariance.add(share * (T::one() - share), core::array::from_fn(|state| between[state]));
+        let mixture = Estimate { mean: estimate.mean + between * share, covariance };
         if mixture.is_finite() {
             *estimate = mixture;
         } else if new > own {
@@ -146,8 +158,4 @@ impl<T: Scalar, const NX: usize> Merged<T, NX> {
 /// Far below every logarithm of a weight, and as far from overflowing if one is added.
 fn lowest<T: Scalar>() -> T {
     -T::max_value().unwrap_or_else(T::one) * T::nearest(0.25)
-}
-
-fn symmetric<T: Scalar, const D: usize>(matrix: SMatrix<T, D, D>) -> SMatrix<T, D, D> {
-    (matrix + matrix.transpose()) * T::nearest(0.5)
 }

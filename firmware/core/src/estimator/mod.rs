@@ -7,6 +7,8 @@
 //! | file | what lives there |
 //! |---|---|
 //! | `model` | the plant's constants |
+//! | `factored` | a covariance that rounding cannot make indefinite |
+//! | `prepared` | what is computed of the model once; when an estimate is of no use any more, and what it begins anew with |
 //! | `estimate` | one Gaussian estimate: prediction, update, merging |
 //! | `memory` | what is remembered of each cycle, in memory that is lent |
 //! | `surroundings` | the loop around: how ages move from cycle to cycle, and which inputs they mean |
@@ -14,9 +16,11 @@
 //! | `mode_filter` | the memory: what is late is put where it belongs, and filtered again |
 
 mod estimate;
+mod factored;
 mod memory;
 mod mode_filter;
 mod model;
+mod prepared;
 mod step;
 mod surroundings;
 

@@ -4,6 +4,8 @@
 //! (thesis 3.6.2, THEORY 8). The estimate is the one that would have come out had all that is known been known at
 //! once: the order of arrival within the memory does not matter, to the bit. What happens in one cycle is in `step`.
 
+use super::prepared::Prepared;
+use super::step::Step;
 use super::{Cycle, Estimate, MOST_STATES, Model, Remembered, Surroundings};
 use crate::{
     Scalar, Tick,
@@ -102,6 +104,7 @@ impl core::error::Error for RejectedMeasurement {}
 /// ```
 #[derive(Debug)]
 pub struct ModeFilter<'m, T: Scalar, const NX: usize, const NU: usize, const NY: usize> {
+    prepared: Prepared<T, NX, NY>,
     /// The current cycle, the last one in memory.
     tick: Tick,
     /// Most cycles a measurement may be late, `N^B`.
@@ -118,6 +121,9 @@ pub struct ModeFilter<'m, T: Scalar, const NX: usize, const NU: usize, const NY:
     changed: Option<usize>,
     /// Place of the cycle that was filtered last, if one estimate stands for all ages there; else they are merged.
     posterior: Option<usize>,
+    /// Whether an estimate of the current cycle began anew.
+    begins_anew: bool,
+    begun_anew: u32,
 }
 
 impl<'m, T: Scalar, const NX: usize, const NU: usize, const NY: usize> ModeFilter<'m, T, NX, NU, NY> {
@@ -133,6 +139,7 @@ impl<'m, T: Scalar, const NX: usize, const NU: usize, const NY: usize> ModeFilte
     ) -> Self {
         const { assert!(NX <= MOST_STATES, "a controller runs with at most 32 states") };
         let mut filter = Self {
+            prepared: Prepared::new(model, measurement_buffer),
             tick,
             measurement_buffer: 0,
             remembered,
@@ -141,13 +148,21 @@ impl<'m, T: Scalar, const NX: usize, const NU: usize, const NY: usize> ModeFilte
             has_before: false,
             changed: None,
             posterior: None,
+            begins_anew: false,
+            begun_anew: 0,
         };
-        filter.restart(model, measurement_buffer, tick);
+        filter.begin(model, measurement_buffer, tick);
         filter
     }
 
     /// Begins anew with cycle `tick`, as a filter that has just been made.
     pub(crate) fn restart(&mut self, model: &Model<T, NX, NU, NY>, measurement_buffer: usize, tick: Tick) {
+        self.prepared = Prepared::new(model, measurement_buffer);
+        (self.begins_anew, self.begun_anew) = (false, 0);
+        self.begin(model, measurement_buffer, tick);
+    }
+
+    fn begin(&mut self, model: &Model<T, NX, NU, NY>, measurement_buffer: usize, tick: Tick) {
         self.tick = tick;
         self.measurement_buffer = measurement_buffer.min(self.remembered.cycles.len() - 2);
         (self.oldest, self.count, self.has_before, self.changed) = (0, 1, false, Some(0));
@@ -268,25 +283,30 @@ impl<'m, T: Scalar, const NX: usize, const NU: usize, const NY: usize> ModeFilte
     }
 
     fn filter_cycle(&mut self, position: usize, around: &Surroundings<'_, T, NX, NU, NY>) {
+        let mut step = Step { around, prepared: &self.prepared, begins_anew: false };
         let (place, before) = (self.place(position), self.place_before(position));
         let output = self.remembered.cycles.get(place).and_then(|cycle| cycle.measured);
         if let Some(before) = before {
             let known = self.remembered.cycles.get(before).and_then(|cycle| cycle.known);
             let tick = self.tick - (self.count - position) as u32;
             if let Some((Some(belief), mut room)) = self.remembered.belief_and_room(before, place) {
-                return around.step(&belief, tick, known, output.as_ref(), &mut room);
+                step.step(&belief, tick, known, output.as_ref(), &mut room);
+                self.begins_anew = step.begins_anew;
+                return;
             }
         }
-        // The first cycle of all: nothing was played before it.
         if let Some(mut room) = self.remembered.room(place) {
-            let initial = around.corrected(Estimate::initial(around.model), output.as_ref());
-            room.put_certain(Age::Empty, SVector::zeros(), initial);
+            step.first(output.as_ref(), &mut room);
+            self.begins_anew = step.begins_anew;
         }
     }
 
     /// Moves on to the next cycle.
     pub fn advance(&mut self, around: &Surroundings<'_, T, NX, NU, NY>) {
         self.filter(around);
+        if core::mem::take(&mut self.begins_anew) {
+            self.begun_anew = self.begun_anew.saturating_add(1);
+        }
         if self.count + 1 == self.remembered.cycles.len() {
             self.oldest = self.place(1);
             self.has_before = true;
@@ -320,16 +340,23 @@ impl<'m, T: Scalar, const NX: usize, const NU: usize, const NY: usize> ModeFilte
     }
 
     /// Estimate of the state in the last cycle that was filtered, given everything taken before that.
+    pub fn posterior(&self) -> &Estimate<T, NX> {
+        self.remembered.estimate(self.posterior)
+    }
+
+    /// Mean of [`ModeFilter::posterior`].
     pub fn posterior_mean(&self) -> &SVector<T, NX> {
         &self.posterior().mean
     }
 
-    /// Covariance of the error of [`ModeFilter::posterior_mean`].
-    pub fn posterior_covariance(&self) -> &SMatrix<T, NX, NX> {
-        &self.posterior().covariance
+    /// Covariance of the error of [`ModeFilter::posterior_mean`], `nx x nx`; computed from its factors on every call.
+    pub fn posterior_covariance(&self) -> SMatrix<T, NX, NX> {
+        self.posterior().covariance()
     }
 
-    fn posterior(&self) -> &Estimate<T, NX> {
-        self.remembered.estimate(self.posterior)
+    /// Cycles so far in which an estimate had become of no use, after too long without measurements, and began anew with
+    /// what a controller that joins the loop knows. Saturates.
+    pub fn begun_anew(&self) -> u32 {
+        self.begun_anew
     }
 }

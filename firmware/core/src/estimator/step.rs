@@ -2,8 +2,9 @@
 
 use super::{
     Estimate, Merging, Surroundings,
-    estimate::Merged,
+    estimate::{Innovation, Merged},
     memory::{Belief, Room},
+    prepared::Prepared,
 };
 use crate::{
     Scalar, Tick,
@@ -43,11 +44,25 @@ impl<'b, T: Scalar, const NX: usize, const NU: usize> Belief<'b, T, NX, NU> {
     }
 }
 
-impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize> Surroundings<'_, T, NX, NU, NY> {
+/// One cycle of the filter, with all that does not change from cycle to cycle.
+pub(super) struct Step<'s, T: Scalar, const NX: usize, const NU: usize, const NY: usize> {
+    pub(super) around: &'s Surroundings<'s, T, NX, NU, NY>,
+    pub(super) prepared: &'s Prepared<T, NX, NY>,
+    /// Whether an estimate of this cycle was of no use any more, and began anew.
+    pub(super) begins_anew: bool,
+}
+
+impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize> Step<'_, T, NX, NU, NY> {
+    /// Writes into `room` what is believed in the first cycle of all: nothing was played before it.
+    pub(super) fn first(&mut self, output: Option<&SVector<T, NY>>, room: &mut Room<'_, T, NX, NU>) {
+        let (estimate, _) = self.corrected(Estimate::initial(self.around.model), output);
+        room.put_certain(Age::Empty, SVector::zeros(), estimate);
+    }
+
     /// Writes into `room` what is believed in the cycle after `tick`, of which `known` was acknowledged, given the measurement
     /// `output`.
     pub(super) fn step(
-        &self,
+        &mut self,
         before: &Belief<'_, T, NX, NU>,
         tick: Tick,
         known: Option<Age>,
@@ -58,36 +73,36 @@ impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize> Surroundings<
         let certain = known.and_then(|age| Some((age, single?, self.certain_input(before, tick, age)?)));
         if let Some((age, estimate, input)) = certain {
             let held = if age == Age::Empty { input } else { SVector::zeros() };
-            let predicted = estimate.predict(self.model, &input, None);
-            return room.put_certain(age, held, self.corrected(predicted, output));
+            let (posterior, _) = self.filtered(estimate, &input, None, output);
+            return room.put_certain(age, held, posterior);
         }
         let is_found = match single {
-            Some(estimate) if self.merging == Merging::Single || known.is_some() => {
+            Some(estimate) if self.around.merging == Merging::Single || known.is_some() => {
                 self.step_in_one(before, estimate, (tick, known, output), room)
             }
             _ => self.step_apart(before, (tick, known, output), room),
         };
         if !is_found {
             // No input is remembered that could have been applied: the age is lost, the state not.
-            let estimate = before.merged().unwrap_or_else(|| Estimate::initial(self.model));
-            let predicted = estimate.predict(self.model, &SVector::zeros(), None);
-            room.put_certain(Age::Empty, SVector::zeros(), self.corrected(predicted, output));
+            let estimate = before.merged().unwrap_or_else(|| self.anew());
+            let (posterior, _) = self.filtered(&estimate, &SVector::zeros(), None, output);
+            room.put_certain(Age::Empty, SVector::zeros(), posterior);
         }
     }
 
     /// The input of cycle `tick`, in which `age` was played for certain, where that is all it takes to know it: the Kalman
     /// filter's case, and the shortest way to it.
     fn certain_input(&self, before: &Belief<'_, T, NX, NU>, tick: Tick, age: Age) -> Option<SVector<T, NU>> {
-        if age != Age::Empty || self.actuator.default_input == DefaultInput::Zero {
-            return self.input(tick, age, &SVector::zeros());
+        if age != Age::Empty || self.around.actuator.default_input == DefaultInput::Zero {
+            return self.around.input(tick, age, &SVector::zeros());
         }
-        let held = self.last_input(&before.modes, tick, before.modes.known()?)?;
-        self.input(tick, age, &held)
+        let held = self.around.last_input(&before.modes, tick, before.modes.known()?)?;
+        self.around.input(tick, age, &held)
     }
 
     /// All ages in one estimate. Returns whether there is any.
     fn step_in_one(
-        &self,
+        &mut self,
         before: &Belief<'_, T, NX, NU>,
         estimate: &Estimate<T, NX>,
         (tick, known, output): Heard<'_, T, NY>,
@@ -98,7 +113,7 @@ impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize> Surroundings<
         let mut total = T::zero();
         let mut mean = SVector::zeros();
         let mut spread: Option<SMatrix<T, NU, NU>> = None;
-        self.for_each_age(&before.modes, tick, known, |age, probability, input, _| {
+        self.around.for_each_age(&before.modes, tick, known, |age, probability, input, _| {
             room.set(age, probability);
             if age == Age::Empty {
                 *room.held = input;
@@ -118,14 +133,14 @@ impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize> Surroundings<
             return false;
         }
         room.put_ages();
-        let predicted = estimate.predict(self.model, &mean, spread.as_ref());
-        room.put_single(self.corrected(predicted, output));
+        let (posterior, _) = self.filtered(estimate, &mean, spread.as_ref(), output);
+        room.put_single(posterior);
         true
     }
 
     /// One estimate for each age. Returns whether there is any.
     fn step_apart(
-        &self,
+        &mut self,
         before: &Belief<'_, T, NX, NU>,
         (tick, known, output): Heard<'_, T, NY>,
         room: &mut Room<'_, T, NX, NU>,
@@ -136,7 +151,8 @@ impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize> Surroundings<
         *room.held = SVector::zeros();
         let mut largest: Option<T> = None;
         let mut count = 0;
-        self.for_each_age(&before.modes, tick, known, |age, _, input, leads| {
+        let around = self.around;
+        around.for_each_age(&before.modes, tick, known, |age, _, input, leads| {
             if age == Age::Empty {
                 *room.held = input;
             }
@@ -146,13 +162,12 @@ impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize> Surroundings<
                 if weight <= T::zero() {
                     continue;
                 }
-                if self.merging == Merging::Gpb2 {
+                if around.merging == Merging::Gpb2 {
                     // What is held is not the same after every age.
                     let empty =
-                        if age == Age::Empty { self.last_input(&before.modes, tick, from) } else { None };
-                    let own = empty.and_then(|last| self.input(tick, age, &last)).unwrap_or(input);
-                    let predicted = estimate.predict(self.model, &own, None);
-                    let (posterior, log_likelihood) = self.weighed(predicted, output);
+                        if age == Age::Empty { around.last_input(&before.modes, tick, from) } else { None };
+                    let own = empty.and_then(|last| around.input(tick, age, &last)).unwrap_or(input);
+                    let (posterior, log_likelihood) = self.weighed(estimate, &own, output);
                     merged.absorb(weight.logarithm() + log_likelihood, &posterior);
                 } else {
                     merged.absorb(weight.logarithm(), estimate);
@@ -160,9 +175,8 @@ impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize> Surroundings<
             }
             let mut log_weight = merged.log_weight();
             let Some(mut estimate) = merged.into_estimate() else { return };
-            if self.merging != Merging::Gpb2 {
-                let predicted = estimate.predict(self.model, &input, None);
-                let (posterior, log_likelihood) = self.weighed(predicted, output);
+            if around.merging != Merging::Gpb2 {
+                let (posterior, log_likelihood) = self.weighed(&estimate, &input, output);
                 log_weight += log_likelihood;
                 estimate = posterior;
             }
@@ -178,23 +192,51 @@ impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize> Surroundings<
         true
     }
 
-    /// The estimate with the measurement in it; one that cannot be used changes nothing.
-    pub(super) fn corrected(
-        &self,
+    /// `estimate` one cycle on, with the measurement in it; and how well that fits: the logarithm of its likelihood. What
+    /// cannot be used fits all alike.
+    fn weighed(
+        &mut self,
+        estimate: &Estimate<T, NX>,
+        input: &SVector<T, NU>,
+        output: Option<&SVector<T, NY>>,
+    ) -> (Estimate<T, NX>, T) {
+        let (posterior, innovation) = self.filtered(estimate, input, None, output);
+        (posterior, innovation.map_or_else(T::zero, |innovation| innovation.log_likelihood()))
+    }
+
+    /// `estimate` one cycle on, in which `input` is applied, with the measurement in it, and the measurement's innovation.
+    fn filtered(
+        &mut self,
+        estimate: &Estimate<T, NX>,
+        input: &SVector<T, NU>,
+        input_covariance: Option<&SMatrix<T, NU, NU>>,
+        output: Option<&SVector<T, NY>>,
+    ) -> (Estimate<T, NX>, Option<Innovation<T, NY>>) {
+        self.corrected(estimate.predict(self.around.model, self.prepared, input, input_covariance), output)
+    }
+
+    /// The estimate with the measurement in it; one that cannot be used changes nothing. An estimate that is of no use
+    /// begins anew before.
+    fn corrected(
+        &mut self,
         predicted: Estimate<T, NX>,
         output: Option<&SVector<T, NY>>,
-    ) -> Estimate<T, NX> {
-        match output.and_then(|output| predicted.update(self.model, output)) {
-            Some((posterior, _)) => posterior,
-            None => predicted,
+    ) -> (Estimate<T, NX>, Option<Innovation<T, NY>>) {
+        let prepared = self.prepared;
+        if let Some((posterior, innovation)) = output.and_then(|output| predicted.update(prepared, output))
+            && prepared.bears(innovation.variances())
+        {
+            return (posterior, Some(innovation));
+        }
+        let prior = if prepared.is_of_use(&predicted) { predicted } else { self.anew() };
+        match output.and_then(|output| prior.update(prepared, output)) {
+            Some((posterior, innovation)) => (posterior, Some(innovation)),
+            None => (prior, None),
         }
     }
 
-    /// The same, and how well the measurement fits: the logarithm of its likelihood. What cannot be used fits all alike.
-    fn weighed(&self, predicted: Estimate<T, NX>, output: Option<&SVector<T, NY>>) -> (Estimate<T, NX>, T) {
-        match output.and_then(|output| predicted.update(self.model, output)) {
-            Some((posterior, innovation)) => (posterior, innovation.log_likelihood()),
-            None => (predicted, T::zero()),
-        }
+    fn anew(&mut self) -> Estimate<T, NX> {
+        self.begins_anew = true;
+        self.prepared.joining().clone()
     }
 }

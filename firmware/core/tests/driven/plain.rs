@@ -47,12 +47,37 @@ impl<T: Scalar, const NX: usize> Plain<T, NX> {
         -0.5 * (distance + spread.map(T::widen).cholesky().expect("positive definite").determinant().ln())
     }
 
-    pub(crate) fn bits(&self) -> Vec<u64> {
-        let numbers = self.mean.iter().chain(self.covariance.iter());
-        numbers.map(|number| number.widen().to_bits()).collect()
+    /// Mean and covariance.
+    #[allow(dead_code)]
+    pub(crate) fn numbers(&self) -> Vec<f64> {
+        self.mean.iter().chain(self.covariance.iter()).map(|number| number.widen()).collect()
     }
 }
 
 fn symmetric<T: Scalar, const D: usize>(matrix: SMatrix<T, D, D>) -> SMatrix<T, D, D> {
     (matrix + matrix.transpose()) * T::nearest(0.5)
+}
+
+/// The same plant in the highest precision.
+#[allow(dead_code)]
+pub(crate) fn widened<T: Scalar, const NX: usize, const NU: usize, const NY: usize>(
+    model: &Model<T, NX, NU, NY>,
+) -> Model<f64, NX, NU, NY> {
+    Model {
+        a: model.a.map(T::widen),
+        b: model.b.map(T::widen),
+        c: model.c.map(T::widen),
+        process_noise: model.process_noise.map(T::widen),
+        measurement_noise: model.measurement_noise.map(T::widen),
+        initial_mean: model.initial_mean.map(T::widen),
+        initial_covariance: model.initial_covariance.map(T::widen),
+    }
+}
+
+/// Whether two lists of numbers agree but for rounding.
+#[allow(dead_code)]
+pub(crate) fn agree(found: &[f64], expected: &[f64], tolerance: f64) -> bool {
+    let scale = expected.iter().fold(1.0, |scale: f64, number| scale.max(number.abs()));
+    found.len() == expected.len()
+        && found.iter().zip(expected).all(|(found, expected)| (found - expected).abs() < tolerance * scale)
 }

@@ -9,7 +9,7 @@ use slqg::controller::{Controller, Design, InvalidDesign, Memory, Sizes};
 use slqg::estimator::{Cycle, Estimate, ModeFilter, Model, Remembered, estimates_len};
 use slqg::gains::Gains;
 use slqg::in_flight::InFlight;
-use slqg::nalgebra::{SMatrix, SVector};
+use slqg::nalgebra::SVector;
 use slqg::played::Played;
 use slqg::sequence::ControlSequence;
 use slqg::tracking::{Preview, RejectedReference};
@@ -32,8 +32,9 @@ pub(crate) fn inputs<T: Scalar, const NU: usize>(count: usize) -> &'static mut [
 }
 
 fn estimates<T: Scalar, const NX: usize>(count: usize) -> &'static mut [Estimate<T, NX>] {
-    let (mean, covariance) = (SVector::repeat(rubbish()), SMatrix::repeat(rubbish()));
-    entries(Estimate { mean, covariance }, count)
+    let mut estimate = Estimate::EMPTY;
+    estimate.mean = SVector::repeat(rubbish());
+    entries(estimate, count)
 }
 
 /// Memory of this size for a controller.

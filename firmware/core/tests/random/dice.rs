@@ -14,6 +14,7 @@ impl Dice {
 
     #[allow(dead_code)]
     /// A delay by `probabilities`, `None` for loss.
+    #[allow(dead_code)]
     pub(crate) fn delay(&mut self, probabilities: &[f64]) -> Option<usize> {
         let mut left = self.roll();
         probabilities.iter().position(|probability| {
