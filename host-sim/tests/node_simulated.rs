@@ -137,6 +137,7 @@ fn a_controller_that_hears_no_sensor_begins_anew_when_its_estimate_is_lost() {
     assert_eq!(count(&controller, "controller", "starts"), 1, "the core goes on");
     controller.act(controller.next().unwrap(), &mut outbox);
     let (_, control) = outbox.pop().expect("it goes on sending");
-    let sent = slqg::wire::decode_control::<f32, 1, 4>(&control).expect("a control frame");
+    let mut room = [slqg::nalgebra::SVector::<f32, 1>::zeros(); 4];
+    let sent = slqg::wire::decode_control(&control, &mut room).expect("a control frame");
     assert!(sent.inputs.iter().all(|input| input[0].abs() < 1e3), "{:?}", sent.inputs);
 }
