@@ -56,7 +56,7 @@ fn a_node_whose_clock_frame_is_lost_goes_on_by_its_timer() {
 
 #[test]
 fn a_node_that_hears_no_sensor_says_that_its_estimate_begins_anew_and_goes_on() {
-    let (mut node, mut desk) = (Node::default(), Desk::default());
+    let (mut node, mut desk) = (node(), Desk::default());
     for tick in 5..500 {
         desk.clock(&mut node, tick, STEPPED);
         assert_eq!(desk.kinds(), [Kind::Control, Kind::Ran], "cycle {tick}");

@@ -101,7 +101,8 @@ fn arrived(under_way: &mut Vec<(Tick, Vec<u8>)>, now: Tick) -> Vec<Vec<u8>> {
 /// All that a controller knows: state, ages, inputs, acknowledgements, counts and what was sent.
 pub(crate) fn known(controller: &Node<'_, f32>) -> Vec<u64> {
     let (estimator, now) = (controller.estimator(), controller.tick());
-    let numbers = estimator.posterior_mean().iter().chain(estimator.posterior_covariance().iter());
+    let covariance = estimator.posterior_covariance();
+    let numbers = estimator.posterior_mean().iter().chain(covariance.iter());
     let mut known: Vec<u64> = numbers.map(|number| number.to_bits().into()).collect();
     known.push(now.0.into());
     let ages = (0..LENGTH as u8).map(Age::Steps).chain([Age::Empty]);
