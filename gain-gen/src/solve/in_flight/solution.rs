@@ -41,6 +41,10 @@ fn in_scale<R>(
         let mut workspace = vec![0.0; flat.dimensions.workspace_len()];
         let mut recursion = recursion(start, &flat, &mut workspace);
         recursion.is_timed = is_timed;
+        if !is_timed {
+            // Whether it converges is for plain steps to show.
+            recursion.acceleration = None;
+        }
         recursion.may_rescale = count < MOST_RESCALED;
         let mut ending = ending(start, &mut recursion);
         iterations += ending.iterations;
@@ -79,8 +83,7 @@ fn ending(start: &Start, recursion: &mut InFlightRecursion<'_, '_>) -> Ending {
         recursion.may_be_astray = true;
     }
     let ending = iterate(recursion, start.cost_scale(), start.runs_dry());
-    let is_left = ending.outcome == Outcome::Undecided && recursion.is_out_of_scale();
-    if ending.outcome == Outcome::Converged || is_left || !recursion.may_be_astray {
+    if ending.outcome == Outcome::Converged || !recursion.may_be_astray {
         return ending;
     }
     // What came from elsewhere may have led away from where costs are. Plain steps from the start do not.
