@@ -5,8 +5,8 @@
 //! what the actuator is sent as little as on an independent link; [`crate::estimation`] decides on it.
 
 use crate::design::{Behaviour, DelayDistribution, Design, Link, MarkovLink};
-use crate::margins::Units;
 use crate::solve::{ClosedLoop, LoopProblem, ModeChain, Solution, modes};
+use crate::units::Units;
 
 /// Multiplications of one step over all modes up to which their rate is computed.
 const MOST_WORK: usize = 20_000_000;

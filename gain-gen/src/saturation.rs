@@ -13,8 +13,8 @@
 mod exact;
 
 use crate::design::{Acknowledgement, Behaviour, Design, modes};
-use crate::margins::Units;
 use crate::solve::Law;
+use crate::units::Units;
 use exact::{has_eigenvalue_one, is_singular};
 use nalgebra::{DMatrix, DVector};
 use slqg::DefaultInput;

@@ -1,8 +1,8 @@
 //! `[controller]`: what is free to choose in the controller. Gains are not part of a design; they follow from it.
 
 use super::DesignError;
+use super::LengthChoice;
 use super::document::{Field, Section, counted};
-use crate::lengths::LengthChoice;
 use slqg::DefaultInput;
 use slqg::estimator::Merging;
 

@@ -8,5 +8,5 @@
 mod automatic;
 mod list;
 
-pub use automatic::{LengthChoice, LongSequences};
+pub use crate::design::{LengthChoice, LongSequences};
 pub use list::{Lengths, LengthsError};

@@ -15,10 +15,10 @@ use super::change::{Change, Dynamics, continuous_plant, entries};
 use super::loop_rate::LoopAsRun;
 use super::search::{WIDTH, boundary, boundary_near, is_stable};
 use super::state_known::StateKnown;
-use super::units::Units;
 use crate::design::{Acknowledgement, Behaviour, Design, Plant};
 use crate::estimation::arrival_limit;
 use crate::solve::{LoopProblem, Solution};
+use crate::units::Units;
 use rayon::prelude::*;
 use std::cell::RefCell;
 

@@ -26,7 +26,6 @@ mod logarithm;
 mod loop_rate;
 mod search;
 mod state_known;
-mod units;
 
 use crate::design::{DelayDistribution, Design};
 use crate::solve::Solution;
@@ -37,7 +36,6 @@ pub use flashed::{
     plant_margin,
 };
 pub use state_known::{LARGEST_INPUT_GAIN, StateKnown, state_known};
-pub(crate) use units::Units;
 
 /// Distances to instability, one change at a time.
 #[derive(Debug, Clone, PartialEq)]

@@ -8,12 +8,12 @@ use super::change::Change;
 use super::delayed;
 use super::loop_rate::LoopAsRun;
 use super::search::{WIDTH, boundary};
-use super::units::Units;
 use crate::design::Design;
 use crate::solve::{
     ClosedLoop, LoopProblem, Mode, ModeChain, Solution, age_transitions, modes, rough_radius,
 };
 use crate::stability::open_loop_modulus;
+use crate::units::Units;
 use nalgebra::DMatrix;
 use slqg::DefaultInput;
 

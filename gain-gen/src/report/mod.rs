@@ -22,7 +22,7 @@ use crate::figure;
 use crate::margins::{Margins, margins};
 use crate::solve::{
     FiniteHorizon, LoopProblem, Method, Outcome, PreviewGains, PreviewTooLong, Solution, Start,
-    TriggerTables, age_transitions, applied_costs, trigger_tables,
+    TriggerTables, age_transitions, applied_costs, critical_length, trigger_tables,
 };
 use crate::stability;
 use crate::warnings::{self, Warning};
@@ -98,7 +98,7 @@ impl Report {
         let start = Start::of(&problem);
         let solution = start.solve(method);
         let n_min = stability::shortest_admissible_length(&problem);
-        let n_crit = stability::critical_length(&problem, &start, &solution);
+        let n_crit = critical_length(&problem, &start, &solution);
         let needs_more = method == Method::Coupled && (design.tracking.is_some() || design.event.is_some());
         let in_flight = needs_more.then(|| start.solve(Method::InFlight));
         let steady = in_flight.as_ref().unwrap_or(&solution);
