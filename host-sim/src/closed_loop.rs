@@ -90,7 +90,7 @@ pub fn run_over<T: Scalar, const NX: usize, const NU: usize, const NY: usize>(
 ///
 /// # Errors
 /// If an end stops.
-pub fn run_ends<T: Scalar, const NX: usize, const NU: usize, const NY: usize, X: Ends<T, NX, NU>>(
+pub(crate) fn run_ends<T: Scalar, const NX: usize, const NU: usize, const NY: usize, X: Ends<T, NX, NU>>(
     fitted: &Fitted<T, NX, NU, NY>,
     contender: &Contender,
     plan: RunPlan,
