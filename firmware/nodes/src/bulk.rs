@@ -11,8 +11,8 @@ use cortex_m::peripheral::{SYST, syst::SystClkSource};
 use cortex_m_semihosting::{debug, nr, syscall};
 use slqg::wire::serial::{Unstuffer, stuff};
 
-/// Bytes read at once.
-const CHUNK: usize = 256;
+/// Bytes read at once. They lie on the stack all the time.
+const CHUNK: usize = 32;
 /// Longest name of a file.
 const PATH: usize = 128;
 /// Modes of the host's `fopen`: `rb`, `wb`.
@@ -31,9 +31,7 @@ pub fn run<N: Node, const IN: usize, const STUFFED: usize>(mut node: N) -> ! {
     timer.set_reload(RELOAD);
     timer.clear_current();
     timer.enable_counter();
-    let mut path = [0; PATH];
-    let (Some(input), Some(output)) = (open(&mut path, b".in\0", READ), open(&mut path, b".out\0", WRITE))
-    else {
+    let Some((input, output)) = open_both() else {
         debug::exit(debug::EXIT_FAILURE);
         loop {}
     };
@@ -86,6 +84,13 @@ impl<const STUFFED: usize> Board for Files<STUFFED> {
     fn note(&mut self, notice: Notice) {
         log::note(notice);
     }
+}
+
+/// The line: both of its files. What their names take of the stack is given back.
+#[inline(never)]
+fn open_both() -> Option<(usize, usize)> {
+    let mut path = [0; PATH];
+    Some((open(&mut path, b".in\0", READ)?, open(&mut path, b".out\0", WRITE)?))
 }
 
 /// Opens the file whose name is the last word of the command line and `extension`, a zero at its end.

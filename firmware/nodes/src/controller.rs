@@ -51,6 +51,8 @@ pub struct Node<'m, L> {
 
 impl<'m, L: Laws> Node<'m, L> {
     /// A node that knows nothing yet.
+    // Apart from the main loop, whose stack would keep what only the start needs.
+    #[inline(never)]
     pub fn new(memory: &'m mut design::Memory, laws: L) -> Self {
         Self {
             controller: design::Controller::new(DESIGN, Tick(0), memory.lend()).ok(),
@@ -122,6 +124,8 @@ impl<'m, L: Laws> Node<'m, L> {
     }
 
     /// Begins anew with cycle `tick`: of what was sent before, nothing is known to be right any more.
+    // As `new`.
+    #[inline(never)]
     fn align(&mut self, tick: Tick, board: &mut impl Board) {
         self.health.aligned(!self.is_aligned, tick, board);
         // Cycle 0 begins with the design's initial state. In any other the loop has been running, and may be anywhere.
@@ -173,6 +177,7 @@ impl<'m, L: Laws> Node<'m, L> {
         }
     }
 
+    #[inline(never)]
     fn replace_gains(&mut self, frame: &[u8], board: &mut impl Board) -> bool {
         let Ok(part) = wire::decode_gains_part::<Scalar>(frame) else { return false };
         let answer = self.laws.take(&part);

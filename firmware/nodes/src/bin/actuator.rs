@@ -12,6 +12,7 @@ fn main() {
 fn main() -> ! {
     use slqg_nodes::actuator::{LONGEST_IN, LONGEST_OUT, Node};
     let mut memory = slqg_nodes::design::ACTUATOR_MEMORY;
-    let node = Node::new(&mut memory);
-    slqg_nodes::program::run::<_, LONGEST_IN, { slqg::wire::serial::stuffed_len(LONGEST_OUT) }>(node)
+    slqg_nodes::program::run::<_, LONGEST_IN, { slqg::wire::serial::stuffed_len(LONGEST_OUT) }>(Node::new(
+        &mut memory,
+    ))
 }

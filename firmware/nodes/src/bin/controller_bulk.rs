@@ -15,7 +15,10 @@ fn main() -> ! {
         design::Memory,
         laws::{BANK_MEMORY, Sent},
     };
-    let (mut memory, mut bank) = (Memory::new(), [0.0; BANK_MEMORY]);
-    let node = Node::new(&mut memory, Sent::new(&mut bank));
-    slqg_nodes::bulk::run::<_, LONGEST_IN, { slqg::wire::serial::stuffed_len(LONGEST_OUT) }>(node)
+    let mut memory = Memory::new();
+    let mut bank = [0.0; BANK_MEMORY];
+    slqg_nodes::bulk::run::<_, LONGEST_IN, { slqg::wire::serial::stuffed_len(LONGEST_OUT) }>(Node::new(
+        &mut memory,
+        Sent::new(&mut bank),
+    ))
 }

@@ -29,6 +29,7 @@ pub struct Sent<'m> {
 
 impl<'m> Sent<'m> {
     /// Nothing has arrived yet.
+    #[inline(never)]
     pub fn new(memory: &'m mut [Scalar; BANK_MEMORY]) -> Self {
         Self {
             // Preview gains and trigger belong to the gains, and are not in a blob.

@@ -10,6 +10,7 @@ use slqg_nodes::laws::{BANK_MEMORY, Sent};
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
-    let (mut memory, mut bank) = (Memory::new(), [0.0; BANK_MEMORY]);
+    let mut memory = Memory::new();
+    let mut bank = [0.0; BANK_MEMORY];
     slqg_stm32f407_can::program::run(Node::new(&mut memory, Sent::new(&mut bank)), Role::Controller)
 }
