@@ -7,11 +7,11 @@
 use gain_gen::design::{Design, DeviceScalar, Misfit};
 use slqg::{Scalar, estimator::MOST_STATES};
 
-/// Most inputs a simulated sequence may have: the capacity of every class.
+/// Most inputs a simulated sequence may have.
 pub const LONGEST_SEQUENCE: usize = 32;
 /// Most states, inputs and outputs of a simulated plant: the largest class.
 const LARGEST: (usize, usize, usize) = (MOST_STATES, 8, 32);
-/// Cycles the simulated estimator remembers: a measurement may be one less late.
+/// Most cycles a simulated estimator remembers: a measurement may be one less late.
 pub const MEMORY: usize = 64;
 
 /// Why a design does not fit any class.

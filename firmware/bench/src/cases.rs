@@ -29,34 +29,28 @@ pub struct Case {
 
 /// Every case, in the order in which they are run.
 pub const CASES: [Case; 10] = [
-    Case { name: "pendulum", run: |clock| pendulum::run::<1>(clock, Merging::Single, Feedback::Instant) },
+    Case { name: "pendulum", run: |clock| pendulum::run(clock, Merging::Single, Feedback::Instant) },
     Case {
         name: "pendulum_hold",
-        run: |clock| pendulum_hold::run::<1>(clock, Merging::Single, Feedback::Instant),
+        run: |clock| pendulum_hold::run(clock, Merging::Single, Feedback::Instant),
     },
     Case {
         name: "pendulum_event",
-        run: |clock| pendulum_event::run::<1>(clock, Merging::Single, Feedback::Instant),
+        run: |clock| pendulum_event::run(clock, Merging::Single, Feedback::Instant),
     },
     Case {
         name: "drive_tracking",
-        run: |clock| drive_tracking::run::<1>(clock, Merging::Single, Feedback::Instant),
+        run: |clock| drive_tracking::run(clock, Merging::Single, Feedback::Instant),
     },
-    Case {
-        name: "drive_event",
-        run: |clock| drive_event::run::<1>(clock, Merging::Single, Feedback::Instant),
-    },
+    Case { name: "drive_event", run: |clock| drive_event::run(clock, Merging::Single, Feedback::Instant) },
     Case {
         name: "pendulum_late",
-        run: |clock| pendulum::run::<5>(clock, Merging::Imm, Feedback::Scripted(&LATE)),
+        run: |clock| pendulum::run(clock, Merging::Imm, Feedback::Scripted(&LATE)),
     },
-    Case { name: "integrator", run: |clock| integrator::run::<1>(clock, Merging::Single, Feedback::Instant) },
-    Case {
-        name: "integrator_single",
-        run: |clock| integrator::run::<1>(clock, Merging::Single, Feedback::None),
-    },
-    Case { name: "integrator_imm", run: |clock| integrator::run::<7>(clock, Merging::Imm, Feedback::None) },
-    Case { name: "integrator_gpb2", run: |clock| integrator::run::<7>(clock, Merging::Gpb2, Feedback::None) },
+    Case { name: "integrator", run: |clock| integrator::run(clock, Merging::Single, Feedback::Instant) },
+    Case { name: "integrator_single", run: |clock| integrator::run(clock, Merging::Single, Feedback::None) },
+    Case { name: "integrator_imm", run: |clock| integrator::run(clock, Merging::Imm, Feedback::None) },
+    Case { name: "integrator_gpb2", run: |clock| integrator::run(clock, Merging::Gpb2, Feedback::None) },
 ];
 
 /// Delays of acknowledgements: a third of them lost, four in a row once in a while.
@@ -89,7 +83,7 @@ macro_rules! case {
                 slqg::controller::Sizes::of(SEQUENCE_LENGTH, HISTORY, SEQUENCE_LENGTH + 1)
             }
 
-            pub(super) fn run<const KEPT: usize>(
+            pub(super) fn run(
                 clock: fn() -> u32,
                 merging: super::Merging,
                 feedback: super::Feedback,

@@ -50,7 +50,7 @@ impl<'f, T: Scalar, const NX: usize, const NU: usize, const NY: usize> Controlle
     /// with; where the node begins anew, it is `again`.
     ///
     /// # Errors
-    /// If the design does not fit the core's capacities.
+    /// If the design does not fit together, or does not fit the memory.
     pub fn new(
         fitted: &'f Fitted<T, NX, NU, NY>,
         first: Design<'f, T, NX, NU, NY>,

@@ -108,7 +108,7 @@ pub enum DecodeError {
     Scalar(u8),
     /// Vectors of another dimension than the receiver's; holds the dimension found.
     Dimension(u8),
-    /// More inputs than the receiver's capacity; holds the number found.
+    /// More inputs than the receiver has room for; holds the number found.
     Capacity(u8),
     /// An acknowledgement of no cycle or of more than [`MOST_AGES`]; holds the number found, 255 for any beyond.
     Ages(u8),
