@@ -27,6 +27,7 @@
 //! | [`arrival`] | what a delay distribution says about packets under way |
 //! | [`synthesis`] | the recursion that computes the gains, for the generator and for the device itself |
 //! | [`tuning`] | the device solves its own gains when the link has changed |
+//! | `authentication` | frames that only holders of a key can make; a feature of that name |
 //!
 //! Immutable configuration ([`gains::Gains`], [`estimator::Model`], [`actuator::Settings`]) and mutable state
 //! ([`controller::Controller`], [`estimator::ModeFilter`], [`actuator::Actuator`]) are separate types.
@@ -36,6 +37,8 @@
 
 pub mod actuator;
 pub mod arrival;
+#[cfg(feature = "authentication")]
+pub mod authentication;
 pub mod bank;
 pub mod blob;
 pub mod checked;
