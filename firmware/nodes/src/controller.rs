@@ -42,7 +42,7 @@ pub struct Node<'m, L> {
     is_aligned: bool,
     count: Count,
     reference: Window,
-    laws: L,
+    laws: &'m mut L,
     /// Time spent on frames since the last cycle, in the board's ticks.
     taking: u32,
     health: Health,
@@ -53,7 +53,7 @@ impl<'m, L: Laws> Node<'m, L> {
     /// A node that knows nothing yet.
     // Apart from the main loop, whose stack would keep what only the start needs.
     #[inline(never)]
-    pub fn new(memory: &'m mut design::Memory, laws: L) -> Self {
+    pub fn new(memory: &'m mut design::Memory, laws: &'m mut L) -> Self {
         Self {
             controller: design::Controller::new(DESIGN, Tick(0), memory.lend()).ok(),
             is_aligned: false,

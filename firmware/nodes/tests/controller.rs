@@ -15,7 +15,7 @@ use desk::{BYTES, Desk, RUNNING, STEPPED};
 
 fn node() -> Node<'static, Sent<'static>> {
     let (memory, bank) = (Box::leak(Box::new(Memory::new())), Box::leak(Box::new([0.0; BANK_MEMORY])));
-    Node::new(memory, Sent::new(bank))
+    Node::new(memory, Box::leak(Box::new(Sent::new(bank))))
 }
 
 #[test]

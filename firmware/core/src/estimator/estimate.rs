@@ -31,50 +31,51 @@ impl<T: Scalar, const NX: usize> Estimate<T, NX> {
         self.covariance.matrix()
     }
 
-    /// One cycle ahead: `A x + B u`, `A P A^T + W`, and `B U B^T` if the input is known with the covariance `U` only.
+    /// Becomes `before` one cycle ahead: `A x + B u`, `A P A^T + W`, and `B U B^T` if the input is known with the covariance `U`
+    /// only.
     ///
     /// That may overflow: without a measurement for long enough an unstable plant's prediction does.
+    // Apart from the update, which follows: the stack then holds what one of them works with, not both.
+    #[inline(never)]
     pub(super) fn predict<const NU: usize, const NY: usize>(
-        &self,
+        &mut self,
+        before: &Self,
         model: &Model<T, NX, NU, NY>,
         prepared: &Prepared<T, NX, NY>,
-        input: &SVector<T, NU>,
-        input_covariance: Option<&SMatrix<T, NU, NU>>,
-    ) -> Self {
-        let mean = model.a * self.mean + model.b * input;
-        let mut covariance = self.covariance.predicted(&model.a, prepared.process_noise());
+        (input, input_covariance): (&SVector<T, NU>, Option<&SMatrix<T, NU, NU>>),
+    ) {
+        self.mean = model.a * before.mean + model.b * input;
+        self.covariance = before.covariance.predicted(&model.a, prepared.process_noise());
         if let Some(input_covariance) = input_covariance {
             for (weight, direction) in Factored::of(input_covariance).directions() {
                 let moved = model.b * SVector::from(direction);
-                covariance.add(weight, core::array::from_fn(|state| moved[state]));
+                self.covariance.add(weight, core::array::from_fn(|state| moved[state]));
             }
         }
-        Self { mean, covariance }
     }
 
     /// Measurement update, one output after the other; and what it says for the estimate, see [`Innovation`].
     ///
-    /// A measurement which would make the mean overflow tells nothing that could be used and is left out: `None`.
-    #[inline]
+    /// A measurement which makes the mean overflow tells nothing that could be used: `None`, and the estimate is none any more.
+    #[inline(never)]
     pub(super) fn update<const NY: usize>(
-        &self,
+        &mut self,
         prepared: &Prepared<T, NX, NY>,
         output: &SVector<T, NY>,
-    ) -> Option<(Self, Innovation<T, NY>)> {
-        let mut posterior = self.clone();
+    ) -> Option<Innovation<T, NY>> {
         let mut said = Innovation { innovation: [T::zero(); NY], variance: [T::zero(); NY] };
         for (place, (measured, row, noise)) in prepared.independent(output).enumerate() {
             // An output that is certain beforehand tells nothing.
-            let Some((gain, variance)) = posterior.covariance.observe(row, noise) else { continue };
-            let expected = (0..NX).fold(T::zero(), |sum, state| sum + row[state] * posterior.mean[state]);
+            let Some((gain, variance)) = self.covariance.observe(row, noise) else { continue };
+            let expected = (0..NX).fold(T::zero(), |sum, state| sum + row[state] * self.mean[state]);
             let innovation = measured - expected;
             for state in 0..NX {
-                posterior.mean[state] += gain[state] * innovation;
+                self.mean[state] += gain[state] * innovation;
             }
             said.innovation[place] = innovation;
             said.variance[place] = variance;
         }
-        posterior.mean.iter().all(|value| value.is_finite()).then_some((posterior, said))
+        self.mean.iter().all(|value| value.is_finite()).then_some(said)
     }
 
     pub(super) fn is_finite(&self) -> bool {

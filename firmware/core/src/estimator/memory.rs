@@ -68,18 +68,17 @@ pub(super) struct Room<'b, T: Scalar, const NX: usize, const NU: usize> {
 }
 
 impl<T: Scalar, const NX: usize, const NU: usize> Room<'_, T, NX, NU> {
-    /// `age` was played for certain; `held` is what was applied if that is [`Age::Empty`].
-    pub(super) fn put_certain(&mut self, age: Age, held: SVector<T, NU>, estimate: Estimate<T, NX>) {
+    /// `age` was played for certain; `held` is what was applied if that is [`Age::Empty`]. Room for the estimate: there is
+    /// always some.
+    pub(super) fn certain(&mut self, age: Age, held: SVector<T, NU>) -> Option<&mut Estimate<T, NX>> {
         (*self.certain, *self.held) = (Some(age), held);
-        self.put_single(estimate);
+        self.single()
     }
 
-    /// One estimate for all ages.
-    pub(super) fn put_single(&mut self, estimate: Estimate<T, NX>) {
-        if let Some(first) = self.estimates.first_mut() {
-            *first = estimate;
-            *self.count = 1;
-        }
+    /// Room for one estimate for all ages: there is always some.
+    pub(super) fn single(&mut self) -> Option<&mut Estimate<T, NX>> {
+        *self.count = 1;
+        self.estimates.first_mut()
     }
 
     /// Writes a number for `age`; of sequences longer than any there is it has no place.

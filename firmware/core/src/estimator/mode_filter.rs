@@ -4,6 +4,7 @@
 //! (thesis 3.6.2, THEORY 8). The estimate is the one that would have come out had all that is known been known at
 //! once: the order of arrival within the memory does not matter, to the bit. What happens in one cycle is in `step`.
 
+use super::memory::Room;
 use super::prepared::Prepared;
 use super::step::Step;
 use super::{Cycle, Estimate, MOST_STATES, Model, Remembered, Surroundings};
@@ -169,8 +170,8 @@ impl<'m, T: Scalar, const NX: usize, const NU: usize, const NY: usize> ModeFilte
         self.remembered.cycles.fill(Cycle::EMPTY);
         // What is known before the first cycle is filtered stands where its estimate will.
         self.posterior = Some(0);
-        if let Some(mut room) = self.remembered.room(0) {
-            room.put_single(Estimate::initial(model));
+        if let Some(estimate) = self.remembered.room(0).as_mut().and_then(Room::single) {
+            *estimate = Estimate::initial(model);
         }
         self.remembered.cycles[0] = Cycle::EMPTY;
     }
@@ -271,13 +272,20 @@ impl<'m, T: Scalar, const NX: usize, const NU: usize, const NY: usize> ModeFilte
             self.filter_cycle(position, around);
         }
         let last = self.place(self.count - 1);
-        let belief = self.remembered.belief(last);
-        let single = belief.as_ref().and_then(|belief| belief.single()).is_some();
-        let merged = if single { None } else { belief.and_then(|belief| belief.merged()) };
-        if single {
+        if self.remembered.belief(last).is_some_and(|belief| belief.single().is_some()) {
             self.posterior = Some(last);
-        } else if let (Some(merged), Some(place)) = (merged, self.remembered.merged()) {
-            *place = merged;
+        } else {
+            self.merge(last);
+        }
+    }
+
+    /// Merges the estimates of the cycle at `place` into the posterior.
+    // Apart from the filter, which runs without its stack.
+    #[inline(never)]
+    fn merge(&mut self, place: usize) {
+        let merged = self.remembered.belief(place).and_then(|belief| belief.merged());
+        if let (Some(merged), Some(posterior)) = (merged, self.remembered.merged()) {
+            *posterior = merged;
             self.posterior = None;
         }
     }

@@ -55,8 +55,10 @@ pub(super) struct Step<'s, T: Scalar, const NX: usize, const NU: usize, const NY
 impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize> Step<'_, T, NX, NU, NY> {
     /// Writes into `room` what is believed in the first cycle of all: nothing was played before it.
     pub(super) fn first(&mut self, output: Option<&SVector<T, NY>>, room: &mut Room<'_, T, NX, NU>) {
-        let (estimate, _) = self.corrected(Estimate::initial(self.around.model), output);
-        room.put_certain(Age::Empty, SVector::zeros(), estimate);
+        let model = self.around.model;
+        if let Some(posterior) = room.certain(Age::Empty, SVector::zeros()) {
+            self.corrected(|prior| *prior = Estimate::initial(model), output, posterior);
+        }
     }
 
     /// Writes into `room` what is believed in the cycle after `tick`, of which `known` was acknowledged, given the measurement
@@ -73,10 +75,24 @@ impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize> Step<'_, T, N
         let certain = known.and_then(|age| Some((age, single?, self.certain_input(before, tick, age)?)));
         if let Some((age, estimate, input)) = certain {
             let held = if age == Age::Empty { input } else { SVector::zeros() };
-            let (posterior, _) = self.filtered(estimate, &input, None, output);
-            return room.put_certain(age, held, posterior);
+            if let Some(posterior) = room.certain(age, held) {
+                self.filtered(estimate, (&input, None), output, posterior);
+            }
+            return;
         }
-        let is_found = match single {
+        self.step_uncertain(before, (tick, known, output), room);
+    }
+
+    /// The same where it takes more to know the input, or where that remains unknown.
+    // What this needs of the stack, and all below it, the shortest way does without.
+    #[inline(never)]
+    fn step_uncertain(
+        &mut self,
+        before: &Belief<'_, T, NX, NU>,
+        (tick, known, output): Heard<'_, T, NY>,
+        room: &mut Room<'_, T, NX, NU>,
+    ) {
+        let is_found = match before.single() {
             Some(estimate) if self.around.merging == Merging::Single || known.is_some() => {
                 self.step_in_one(before, estimate, (tick, known, output), room)
             }
@@ -85,8 +101,9 @@ impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize> Step<'_, T, N
         if !is_found {
             // No input is remembered that could have been applied: the age is lost, the state not.
             let estimate = before.merged().unwrap_or_else(|| self.anew());
-            let (posterior, _) = self.filtered(&estimate, &SVector::zeros(), None, output);
-            room.put_certain(Age::Empty, SVector::zeros(), posterior);
+            if let Some(posterior) = room.certain(Age::Empty, SVector::zeros()) {
+                self.filtered(&estimate, (&SVector::zeros(), None), output, posterior);
+            }
         }
     }
 
@@ -101,6 +118,7 @@ impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize> Step<'_, T, N
     }
 
     /// All ages in one estimate. Returns whether there is any.
+    #[inline(never)]
     fn step_in_one(
         &mut self,
         before: &Belief<'_, T, NX, NU>,
@@ -133,12 +151,14 @@ impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize> Step<'_, T, N
             return false;
         }
         room.put_ages();
-        let (posterior, _) = self.filtered(estimate, &mean, spread.as_ref(), output);
-        room.put_single(posterior);
+        if let Some(posterior) = room.single() {
+            self.filtered(estimate, (&mean, spread.as_ref()), output, posterior);
+        }
         true
     }
 
     /// One estimate for each age. Returns whether there is any.
+    #[inline(never)]
     fn step_apart(
         &mut self,
         before: &Belief<'_, T, NX, NU>,
@@ -167,22 +187,22 @@ impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize> Step<'_, T, N
                     let empty =
                         if age == Age::Empty { around.last_input(&before.modes, tick, from) } else { None };
                     let own = empty.and_then(|last| around.input(tick, age, &last)).unwrap_or(input);
-                    let (posterior, log_likelihood) = self.weighed(estimate, &own, output);
+                    let mut posterior = Estimate::EMPTY;
+                    let log_likelihood = self.weighed(estimate, &own, output, &mut posterior);
                     merged.absorb(weight.logarithm() + log_likelihood, &posterior);
                 } else {
                     merged.absorb(weight.logarithm(), estimate);
                 }
             }
             let mut log_weight = merged.log_weight();
-            let Some(mut estimate) = merged.into_estimate() else { return };
-            if around.merging != Merging::Gpb2 {
-                let (posterior, log_likelihood) = self.weighed(&estimate, &input, output);
-                log_weight += log_likelihood;
-                estimate = posterior;
-            }
+            let Some(estimate) = merged.into_estimate() else { return };
             // Where fewer are kept than there are ages, the oldest are forgotten.
             let Some(place) = room.estimates.get_mut(count) else { return };
-            *place = estimate;
+            if around.merging == Merging::Gpb2 {
+                *place = estimate;
+            } else {
+                log_weight += self.weighed(&estimate, &input, output, place);
+            }
             room.set(age, log_weight);
             count += 1;
             largest = Some(largest.map_or(log_weight, |largest| largest.max(log_weight)));
@@ -192,47 +212,71 @@ impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize> Step<'_, T, N
         true
     }
 
-    /// `estimate` one cycle on, with the measurement in it; and how well that fits: the logarithm of its likelihood. What
-    /// cannot be used fits all alike.
+    /// Writes into `posterior` the `estimate` one cycle on, with the measurement in it. Returns how well that fits: the logarithm
+    /// of its likelihood. What cannot be used fits all alike.
     fn weighed(
         &mut self,
         estimate: &Estimate<T, NX>,
         input: &SVector<T, NU>,
         output: Option<&SVector<T, NY>>,
-    ) -> (Estimate<T, NX>, T) {
-        let (posterior, innovation) = self.filtered(estimate, input, None, output);
-        (posterior, innovation.map_or_else(T::zero, |innovation| innovation.log_likelihood()))
+        posterior: &mut Estimate<T, NX>,
+    ) -> T {
+        let innovation = self.filtered(estimate, (input, None), output, posterior);
+        innovation.map_or_else(T::zero, |innovation| innovation.log_likelihood())
     }
 
-    /// `estimate` one cycle on, in which `input` is applied, with the measurement in it, and the measurement's innovation.
+    /// Writes into `posterior` the `estimate` one cycle on, in which an input is applied that is known with a covariance or for
+    /// certain, with the measurement in it. Returns the measurement's innovation.
     fn filtered(
         &mut self,
         estimate: &Estimate<T, NX>,
-        input: &SVector<T, NU>,
-        input_covariance: Option<&SMatrix<T, NU, NU>>,
+        input: (&SVector<T, NU>, Option<&SMatrix<T, NU, NU>>),
         output: Option<&SVector<T, NY>>,
-    ) -> (Estimate<T, NX>, Option<Innovation<T, NY>>) {
-        self.corrected(estimate.predict(self.around.model, self.prepared, input, input_covariance), output)
+        posterior: &mut Estimate<T, NX>,
+    ) -> Option<Innovation<T, NY>> {
+        let (model, prepared) = (self.around.model, self.prepared);
+        self.corrected(|prior| prior.predict(estimate, model, prepared, input), output, posterior)
     }
 
-    /// The estimate with the measurement in it; one that cannot be used changes nothing. An estimate that is of no use
-    /// begins anew before.
+    /// Writes into `posterior` the estimate that `prior` writes, with the measurement in it; one that cannot be used changes
+    /// nothing. An estimate that is of no use begins anew before.
     fn corrected(
         &mut self,
-        predicted: Estimate<T, NX>,
+        prior: impl Fn(&mut Estimate<T, NX>),
         output: Option<&SVector<T, NY>>,
-    ) -> (Estimate<T, NX>, Option<Innovation<T, NY>>) {
+        posterior: &mut Estimate<T, NX>,
+    ) -> Option<Innovation<T, NY>> {
         let prepared = self.prepared;
-        if let Some((posterior, innovation)) = output.and_then(|output| predicted.update(prepared, output))
-            && prepared.bears(innovation.variances())
-        {
-            return (posterior, Some(innovation));
+        prior(posterior);
+        if let Some(output) = output {
+            if let Some(innovation) = posterior.update(prepared, output)
+                && prepared.bears(innovation.variances())
+            {
+                return Some(innovation);
+            }
+            // What it was before the measurement, once more: rare enough that no copy is worth keeping.
+            prior(posterior);
         }
-        let prior = if prepared.is_of_use(&predicted) { predicted } else { self.anew() };
-        match output.and_then(|output| prior.update(prepared, output)) {
-            Some((posterior, innovation)) => (posterior, Some(innovation)),
-            None => (prior, None),
+        self.corrected_if_of_use(output, posterior)
+    }
+
+    /// Takes the measurement into `posterior` if it can be used; an estimate that is of no use begins anew before.
+    #[inline(never)]
+    fn corrected_if_of_use(
+        &mut self,
+        output: Option<&SVector<T, NY>>,
+        posterior: &mut Estimate<T, NX>,
+    ) -> Option<Innovation<T, NY>> {
+        if !self.prepared.is_of_use(posterior) {
+            *posterior = self.anew();
         }
+        let output = output?;
+        let prior = posterior.clone();
+        let innovation = posterior.update(self.prepared, output);
+        if innovation.is_none() {
+            *posterior = prior;
+        }
+        innovation
     }
 
     fn anew(&mut self) -> Estimate<T, NX> {

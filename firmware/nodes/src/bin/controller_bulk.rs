@@ -17,8 +17,9 @@ fn main() -> ! {
     };
     let mut memory = Memory::new();
     let mut bank = [0.0; BANK_MEMORY];
+    let mut laws = Sent::new(&mut bank);
     slqg_nodes::bulk::run::<_, LONGEST_IN, { slqg::wire::serial::stuffed_len(LONGEST_OUT) }>(Node::new(
         &mut memory,
-        Sent::new(&mut bank),
+        &mut laws,
     ))
 }

@@ -13,8 +13,9 @@ fn main() -> ! {
     use slqg_nodes::controller::{LONGEST_IN, LONGEST_OUT, Node};
     use slqg_nodes::{design::Memory, laws::Tuned};
     let mut memory = Memory::new();
+    let mut laws = Tuned::only();
     slqg_nodes::bulk::run::<_, LONGEST_IN, { slqg::wire::serial::stuffed_len(LONGEST_OUT) }>(Node::new(
         &mut memory,
-        Tuned::only(),
+        &mut laws,
     ))
 }

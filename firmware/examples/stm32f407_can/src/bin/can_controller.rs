@@ -12,5 +12,6 @@ use slqg_nodes::laws::{BANK_MEMORY, Sent};
 fn main() -> ! {
     let mut memory = Memory::new();
     let mut bank = [0.0; BANK_MEMORY];
-    slqg_stm32f407_can::program::run(Node::new(&mut memory, Sent::new(&mut bank)), Role::Controller)
+    let mut laws = Sent::new(&mut bank);
+    slqg_stm32f407_can::program::run(Node::new(&mut memory, &mut laws), Role::Controller)
 }
