@@ -25,7 +25,7 @@ mod reception;
 pub use error::{BlobError, EncodeError};
 pub use reception::Reception;
 
-use crate::checksum::CHECKSUM;
+use crate::checksum::checksum;
 use crate::gains::{Gains, Tables};
 use crate::{Scalar, arrival, played::DefaultInput};
 
@@ -49,7 +49,7 @@ pub struct DesignId(pub u32);
 impl DesignId {
     /// CRC-32/ISCSI of a design's canonical text.
     pub fn of(canonical: &[u8]) -> Self {
-        Self(CHECKSUM.checksum(canonical))
+        Self(checksum(canonical))
     }
 }
 
@@ -121,9 +121,9 @@ pub fn header(bytes: &[u8]) -> Result<Header, BlobError> {
 
 /// Header and tables of a blob.
 fn open(bytes: &[u8]) -> Result<(Header, &[u8]), BlobError> {
-    let (content, checksum) = bytes.split_last_chunk::<CHECKSUM_LEN>().ok_or(BlobError::TooShort)?;
+    let (content, end) = bytes.split_last_chunk::<CHECKSUM_LEN>().ok_or(BlobError::TooShort)?;
     let (header, tables) = content.split_first_chunk::<HEADER_LEN>().ok_or(BlobError::TooShort)?;
-    if CHECKSUM.checksum(content) != u32::from_le_bytes(*checksum) {
+    if checksum(content) != u32::from_le_bytes(*end) {
         return Err(BlobError::Checksum);
     }
     let [a, b, c, d, version, scalar_bytes, default_input, length, rest @ ..] = *header;
@@ -210,8 +210,7 @@ pub fn encode<'b, T: Scalar>(
         .map_err(EncodeError::Gains)?;
 
     let blob = buffer.get_mut(..encoded_len(shape, T::BYTES)).ok_or(EncodeError::BufferTooSmall)?;
-    let (content, checksum) =
-        blob.split_last_chunk_mut::<CHECKSUM_LEN>().ok_or(EncodeError::BufferTooSmall)?;
+    let (content, end) = blob.split_last_chunk_mut::<CHECKSUM_LEN>().ok_or(EncodeError::BufferTooSmall)?;
     let (header, numbers) =
         content.split_first_chunk_mut::<HEADER_LEN>().ok_or(EncodeError::BufferTooSmall)?;
     let default_input = match shape.default_input {
@@ -227,6 +226,6 @@ pub fn encode<'b, T: Scalar>(
     for (value, bytes) in values.zip(numbers.chunks_exact_mut(T::BYTES.into())) {
         value.write(bytes).ok_or(EncodeError::BufferTooSmall)?;
     }
-    *checksum = CHECKSUM.checksum(content).to_le_bytes();
+    *end = checksum(content).to_le_bytes();
     Ok(blob)
 }

@@ -111,7 +111,11 @@ impl<T: Scalar, const NX: usize, const NU: usize> Room<'_, T, NX, NU> {
             }
             *entry = (logarithm - largest).exponential();
             if *entry > T::zero() {
-                self.estimates.swap(kept, found);
+                if let Some((before, [estimate, ..])) = self.estimates.split_at_mut_checked(found)
+                    && let Some(forgotten) = before.get_mut(kept)
+                {
+                    forgotten.clone_from(estimate);
+                }
                 kept += 1;
             }
             found += 1;

@@ -1,14 +1,16 @@
 //! `Gains`: the optimal control law as constant data, checked at compile time.
 //!
-//! The law itself is here, `tables` says what it is made of, and `checked` makes it. Where gains come from is
+//! The law itself is here, `rows` computes it, `tables` says what it is made of, and `checked` makes it. Where gains come from is
 //! [`crate::synthesis`]; what they multiply is [`crate::estimator`]'s state and [`crate::in_flight`]'s expected inputs.
 
 mod checked;
+mod rows;
 mod tables;
 
 use crate::{Scalar, arrival, played::DefaultInput};
 use nalgebra::SVector;
 
+use rows::Rows;
 pub use tables::{InvalidGains, Tables};
 
 /// Steady-state gains `U = Lx xhat + M vbar`, THEORY 3; equal to thesis (3.30) for every mode.
@@ -96,21 +98,15 @@ impl<'a, T: Scalar, const NX: usize, const NU: usize> Gains<'a, T, NX, NU> {
         expected: &[SVector<T, NU>],
         sequence: &mut [SVector<T, NU>],
     ) {
-        let mut of_state = self.tables.lx.numbers().chunks_exact(NX);
-        // Without anything in flight there is no table to cut into rows.
-        let mut of_sent = self.tables.m.numbers().chunks_exact((self.in_flight() * NU).max(1));
-        for input in sequence.iter_mut().take(self.length) {
-            *input = SVector::from_fn(|_, _| {
-                let from_state =
-                    of_state.next().map_or_else(T::zero, |row| add_dot(T::zero(), row, posterior_mean));
-                let from_sent = of_sent.next().map_or_else(T::zero, |row| {
-                    row.chunks_exact(NU)
-                        .zip(expected)
-                        .fold(T::zero(), |sum, (gains, input)| add_dot(sum, gains, input))
-                });
-                from_state + from_sent
-            });
-        }
+        let rows = Rows {
+            of_state: self.tables.lx.numbers().as_chunks().0,
+            of_sent: self.tables.m.numbers().as_chunks().0,
+            in_flight: self.in_flight(),
+            posterior_mean,
+            expected,
+        };
+        let count = sequence.len().min(self.length);
+        rows.fill(sequence.split_at_mut(count).0);
     }
 }
 

@@ -80,9 +80,11 @@ impl<'m, T: Scalar, const NU: usize> Modes<'m, T, NU> {
 
     /// The mean age, rounded: thesis (3.43).
     pub fn rounded(&self, length: usize) -> Age {
-        // Halfway and more counts up.
-        let mean = self.mean_age(length).widen() + 0.5;
-        Age::at(mean as usize, length)
+        let mean = self.mean_age(length);
+        let whole = mean.widen() as usize;
+        // Halfway and more counts up. The difference is exact, in the scalar that the device has an adder for.
+        let is_up = mean - T::nearest(whole as f64) >= T::nearest(0.5);
+        Age::at(whole.saturating_add(is_up.into()), length)
     }
 }
 

@@ -4,7 +4,8 @@ use super::{
     DecodeError, EncodeError, VERSION,
     raw::{CHECKSUM_LEN, RawFrame},
 };
-use crate::{Scalar, Tick, checksum::CHECKSUM};
+use crate::{Scalar, Tick, checksum::checksum};
+use nalgebra::SVector;
 use serde::{Deserialize, Serialize};
 
 /// What a frame is; the second byte on the wire.
@@ -101,6 +102,24 @@ impl<'b> Writer<'b> {
         Ok(())
     }
 
+    /// All numbers of some vectors.
+    #[inline(always)]
+    pub(super) fn put_vectors<T: Scalar, const D: usize>(
+        &mut self,
+        vectors: &[SVector<T, D>],
+    ) -> Result<(), EncodeError> {
+        let end = self.written + vectors.len() * D * usize::from(T::BYTES);
+        let room = self.buffer.get_mut(self.written..end).ok_or(EncodeError::BufferTooSmall)?;
+        let mut room = room.chunks_exact_mut(T::BYTES.into());
+        for vector in vectors {
+            for (number, room) in vector.as_slice().iter().zip(&mut room) {
+                number.write(room).ok_or(EncodeError::BufferTooSmall)?;
+            }
+        }
+        self.written = end;
+        Ok(())
+    }
+
     /// A payload of fixed length.
     pub(super) fn put<V: Serialize>(&mut self, value: &V) -> Result<(), EncodeError> {
         let free = self.buffer.get_mut(self.written..).ok_or(EncodeError::BufferTooSmall)?;
@@ -118,8 +137,8 @@ impl<'b> Writer<'b> {
     pub(super) fn seal(self) -> Result<&'b [u8], EncodeError> {
         let end = self.written + CHECKSUM_LEN;
         let frame = self.buffer.get_mut(..end).ok_or(EncodeError::BufferTooSmall)?;
-        let (content, checksum) = frame.split_at_mut(self.written);
-        checksum.copy_from_slice(&CHECKSUM.checksum(content).to_le_bytes());
+        let (content, end) = frame.split_at_mut(self.written);
+        end.copy_from_slice(&checksum(content).to_le_bytes());
         Ok(frame)
     }
 }
@@ -183,6 +202,28 @@ impl<'f> Reader<'f> {
                 return Err(DecodeError::NotFinite);
             }
             *number = value;
+        }
+        Ok(())
+    }
+
+    /// Takes finite numbers for all entries of some vectors.
+    #[inline(always)]
+    pub(super) fn take_vectors<T: Scalar, const D: usize>(
+        &mut self,
+        vectors: &mut [SVector<T, D>],
+    ) -> Result<(), DecodeError> {
+        let taken = self.rest.split_at_checked(vectors.len() * D * usize::from(T::BYTES));
+        let (bytes, rest) = taken.ok_or(DecodeError::Length)?;
+        self.rest = rest;
+        let mut bytes = bytes.chunks_exact(T::BYTES.into());
+        for vector in vectors {
+            for (number, bytes) in vector.as_mut_slice().iter_mut().zip(&mut bytes) {
+                let (value, _) = T::read(bytes).ok_or(DecodeError::Length)?;
+                if !value.is_finite() {
+                    return Err(DecodeError::NotFinite);
+                }
+                *number = value;
+            }
         }
         Ok(())
     }

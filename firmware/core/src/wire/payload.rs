@@ -55,7 +55,7 @@ pub fn encode_measurement<'b, T: Scalar, const NY: usize>(
 ) -> Result<&'b [u8], EncodeError> {
     let mut writer = Writer::new::<T>(buffer, Kind::Measurement, measurement.tick)?;
     writer.put_count(NY)?;
-    writer.put_scalars(measurement.output.iter())?;
+    writer.put_vectors(core::slice::from_ref(&measurement.output))?;
     writer.seal()
 }
 
@@ -69,7 +69,7 @@ pub fn decode_measurement<T: Scalar, const NY: usize>(
     let (tick, mut reader) = Reader::open::<T>(frame, Kind::Measurement)?;
     reader.take_dimension(NY)?;
     let mut output = SVector::<T, NY>::zeros();
-    reader.take_scalars(output.iter_mut())?;
+    reader.take_vectors(core::slice::from_mut(&mut output))?;
     reader.finish()?;
     Ok(Measurement { tick, output })
 }
@@ -85,9 +85,7 @@ pub fn encode_control<'b, T: Scalar, const NU: usize>(
     let mut writer = Writer::new::<T>(buffer, Kind::Control, sequence.tick)?;
     writer.put_count(NU)?;
     writer.put_count(sequence.inputs.len())?;
-    for input in sequence.inputs {
-        writer.put_scalars(input.iter())?;
-    }
+    writer.put_vectors(sequence.inputs)?;
     writer.seal()
 }
 
@@ -103,9 +101,7 @@ pub fn decode_control<'s, T: Scalar, const NU: usize>(
     reader.take_dimension(NU)?;
     let length = reader.take_byte()?;
     let inputs = room.get_mut(..length.into()).ok_or(DecodeError::Capacity(length))?;
-    for input in inputs.iter_mut() {
-        reader.take_scalars(input.iter_mut())?;
-    }
+    reader.take_vectors(inputs)?;
     reader.finish()?;
     Ok(ControlSequence { tick, inputs })
 }

@@ -3,7 +3,7 @@
 //! The one place where a frame is cut into header, payload and checksum.
 
 use super::{VERSION, envelope::Kind};
-use crate::{Tick, checksum::CHECKSUM};
+use crate::{Tick, checksum::checksum};
 
 /// Bytes of the checksum, at the end of a frame.
 pub(super) const CHECKSUM_LEN: usize = 4;
@@ -71,6 +71,6 @@ impl<'f> RawFrame<'f> {
     /// Whether the checksum fits.
     pub fn is_whole(&self) -> bool {
         let content = self.bytes.get(..HEADER_LEN + self.payload.len()).unwrap_or_default();
-        CHECKSUM.checksum(content) == u32::from_le_bytes(*self.checksum)
+        checksum(content) == u32::from_le_bytes(*self.checksum)
     }
 }
