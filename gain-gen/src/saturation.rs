@@ -65,7 +65,7 @@ pub(crate) fn pushed_back(design: &Design, law: &Law) -> Result<(), NotShown> {
     if !is_plain {
         return Err(NotShown::Network);
     }
-    if design.wire.steps().is_some() {
+    if design.wire.counts_values() {
         return Err(NotShown::Counted);
     }
     let found = modes::modes(&design.plant.a).ok_or(NotShown::Modes)?;

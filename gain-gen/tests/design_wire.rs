@@ -1,7 +1,7 @@
 //! `[wire]`: steps follow from limits, frames that fit are told by their length, and changes after reading are noticed.
 //! Rejected files are in `design_errors.rs`.
 
-use gain_gen::design::{Acknowledgement, Design, DeviceScalar, FrameBytes, Steps, WireSettings};
+use gain_gen::design::{Acknowledgement, Counted, Design, DeviceScalar, FrameBytes, Steps, WireSettings};
 use gain_gen::report::Report;
 use gain_gen::solve::Method;
 
@@ -21,15 +21,27 @@ fn carried(format: &'static str) -> [(&'static str, &'static str); 2] {
 }
 
 #[test]
-fn steps_divide_the_larger_limit_into_32767_in_the_scalar_of_the_device() {
-    let single = [24.0_f32, 2.0, 5.0].map(|limit| f64::from(limit / 32767.0));
-    let double = [24.0, 2.0, 5.0].map(|limit| limit / 32767.0);
-    for (scalar, [input, first, second]) in [("f32", single), ("f64", double)] {
-        let scalar = format!("[controller]\nscalar = \"{scalar}\"");
-        let design = parsed(&[("[controller]", &scalar)]).unwrap();
-        let steps = Steps { inputs: vec![input], outputs: vec![first, second] };
-        assert_eq!(design.wire, WireSettings::CanClassic(steps));
+fn steps_divide_the_larger_limit_into_the_counts_of_a_frame_in_the_scalar_of_the_device() {
+    for (length, most) in [(1, 32767), (2, 32767), (3, 4095)] {
+        for (scalar, is_single) in [("f32", true), ("f64", false)] {
+            let scalar = format!("[controller]\nscalar = \"{scalar}\"");
+            let length = format!("sequence_length = {length}");
+            let design = parsed(&[("[controller]", &scalar), ("sequence_length = 3", &length)]).unwrap();
+            let step = |limit: f64, most: i16| match is_single {
+                true => f64::from(limit as f32 / f32::from(most)),
+                false => limit / f64::from(most),
+            };
+            let expected = Steps {
+                inputs: Counted { steps: vec![step(24.0, most)], largest_count: most },
+                // Two of them, in frames of their own.
+                outputs: Counted { steps: vec![step(2.0, 32767), step(5.0, 32767)], largest_count: 32767 },
+            };
+            assert_eq!(design.steps(), Some(expected));
+        }
     }
+    let mut design = parsed(&[]).unwrap();
+    design.set_sequence_length(2);
+    assert_eq!(design.steps().unwrap().inputs.largest_count, 32767, "a length that is changed later counts");
 }
 
 #[test]
@@ -43,7 +55,7 @@ fn without_the_table_frames_are_bytes() {
 
 #[test]
 fn acknowledgements_tell_as_many_cycles_as_fit_unless_the_design_says() {
-    assert_eq!(parsed(&[]).unwrap().network.acknowledged_cycles, 6);
+    assert_eq!(parsed(&[]).unwrap().network.acknowledged_cycles, 5);
     let fewer = "acknowledged_cycles = 2\nacknowledgement =";
     assert_eq!(parsed(&[("acknowledgement =", fewer)]).unwrap().network.acknowledged_cycles, 2);
     let never = parsed(&[("{ delays = [0.8, 0.1] }", "\"none\"")]).unwrap();
@@ -58,8 +70,8 @@ fn frames_are_as_long_as_the_wire_page_says() {
         acknowledgement: Some(acknowledgement),
     };
     let classic = parsed(&[]).unwrap();
-    assert_eq!(classic.frame_bytes(), frames(20, 25, 17));
-    assert_eq!(classic.carried_bytes(), Some(frames(6, 8, 8)));
+    assert_eq!(classic.frame_bytes(), frames(20, 25, 16));
+    assert_eq!(classic.carried_bytes(), Some(frames(7, 8, 8)));
     let fd = parsed(&carried("format = \"can-fd\"")).unwrap();
     assert_eq!(fd.carried_bytes(), Some(frames(20, 32, 20)));
     let bytes = parsed(&carried("format = \"bytes\"")).unwrap();

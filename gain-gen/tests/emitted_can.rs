@@ -68,7 +68,8 @@ fn generated_source_is_the_committed_one() {
 fn generated_nodes_close_the_loop_on_classic_can() {
     let id = |raw| Id::Standard(StandardId::new(raw).unwrap());
     let identifiers = Identifiers { measurement: id(0x80), control: id(0x81), acknowledgement: id(0x82) };
-    let compact = Compact::new(identifiers, gantry::INPUT_GRID, gantry::OUTPUT_GRID).unwrap();
+    let compact =
+        Compact::new(gantry::DESIGN_ID, identifiers, gantry::INPUT_GRID, gantry::OUTPUT_GRID).unwrap();
     let (mut memory, mut of_actuator) = (gantry::Memory::new(), gantry::ACTUATOR_MEMORY);
     let mut controller = gantry::Controller::new(gantry::DESIGN, Tick(0), memory.lend()).unwrap();
     let mut actuator = gantry::Actuator::new(gantry::ACTUATOR, Tick(0), &mut of_actuator);
@@ -92,7 +93,8 @@ fn generated_nodes_close_the_loop_on_classic_can() {
     }
     assert!(state.amax() < 1e-3, "{state}");
     assert_eq!(gantry::DESIGN.grid, Some(gantry::INPUT_GRID));
-    assert_eq!(gantry::INPUT_GRID.round(&SVector::from([1e9]))[0], 32767.0 * (24.0 / 32767.0));
+    assert_eq!(gantry::INPUT_GRID.round(&SVector::from([1e9]))[0], 4095.0 * (24.0 / 4095.0));
+    assert_eq!(gantry::OUTPUT_GRID.largest_count, 32767);
 }
 
 #[test]
@@ -152,14 +154,14 @@ fn reports_tell_bytes_steps_and_the_cost_of_rounding() {
     let wire = &object(&gain_gen("report", &design, &["--json"]))["wire"];
     let bytes =
         ["measurement_bytes", "control_bytes", "acknowledgement_bytes"].map(|field| wire[field].as_u64());
-    assert_eq!((wire["format"].as_str(), bytes), (Some("can-classic"), [6, 8, 8].map(Some)));
-    assert_eq!(wire["input_steps"][0].as_f64(), Some(f64::from(24.0_f32 / 32767.0)));
+    assert_eq!((wire["format"].as_str(), bytes), (Some("can-classic"), [7, 8, 8].map(Some)));
+    assert_eq!(wire["input_steps"][0].as_f64(), Some(f64::from(24.0_f32 / 4095.0)));
     assert!(wire["rounding_cost"].as_f64().is_some_and(|cost| cost > 0.0) && wire["misfit"].is_null());
     let report = gain_gen("report", &design, &[]);
     for line in [
         "Wire: can-classic",
         "  control             8           bytes in a CAN frame, for a frame of 25",
-        "  input u1            step 0.000732444, standard deviation of its error 0.000211438",
+        "  input u1            step 0.00586081, standard deviation of its error 0.00169187",
     ] {
         assert!(text(&report.stdout).lines().any(|found| found == line), "{line}");
     }

@@ -6,8 +6,12 @@
 
 use embedded_can::{Frame, Id, StandardId};
 use slqg::{
-    Scalar,
-    wire::can::{Compact, FD_CAPACITY, Grid, Identifiers, pad},
+    Scalar, Tick,
+    blob::DesignId,
+    wire::{
+        Kind,
+        can::{Check, Compact, FD_CAPACITY, Grid, Identifiers, pad},
+    },
 };
 use slqg_links::loop_bus::Role;
 
@@ -15,31 +19,46 @@ use slqg_links::loop_bus::Role;
 #[derive(Debug, Clone)]
 pub struct Carrier<T, const NU: usize, const NY: usize> {
     /// The compact form; `None`: full frames in CAN FD.
-    compact: Option<Compact<T, NU, NY>>,
+    compact: Option<(Compact<T, NU, NY>, Check)>,
     /// Bytes on the bus by role.
     lengths: [usize; Role::COUNT],
 }
 
 impl<T: Scalar, const NU: usize, const NY: usize> Carrier<T, NU, NY> {
-    /// Full frames in CAN FD, or compact ones on these grids of inputs and outputs. `lengths`: bytes on the bus, by role.
-    pub fn new(grids: Option<(Grid<T, NU>, Grid<T, NY>)>, lengths: [usize; Role::COUNT]) -> Self {
+    /// Full frames in CAN FD, or compact ones on these grids of inputs and outputs. `design`: whose frames they are; `lengths`:
+    /// bytes on the bus, by role.
+    pub fn new(
+        design: DesignId,
+        grids: Option<(Grid<T, NU>, Grid<T, NY>)>,
+        lengths: [usize; Role::COUNT],
+    ) -> Self {
         // Which is which is decided beside the payload, so any identifiers do.
         let id = |value| Id::Standard(StandardId::new(value).unwrap_or(StandardId::ZERO));
         let identifiers = Identifiers { measurement: id(1), control: id(2), acknowledgement: id(3) };
-        let compact = grids.and_then(|(inputs, outputs)| Compact::new(identifiers, inputs, outputs).ok());
+        let compact =
+            grids.and_then(|(inputs, outputs)| Compact::new(design, identifiers, inputs, outputs).ok());
+        let compact = compact.map(|compact| (compact, Check::new(design)));
         Self { compact, lengths }
     }
 
     /// What is on the bus for the full frame `frame`.
     pub fn payload(&self, role: Role, frame: &[u8]) -> Vec<u8> {
-        let mut buffer = [0; FD_CAPACITY];
-        let packed = match &self.compact {
-            // A padded frame may have too many values for the compact form; its first bytes stand in for it.
-            Some(compact) => compact.pack::<Packed>(frame).map_or_else(|_| frame.to_vec(), |packed| packed.0),
-            None => pad(frame, &mut buffer).map_or_else(|| frame.to_vec(), <[u8]>::to_vec),
+        let len = self.lengths[role as usize];
+        let Some((compact, check)) = &self.compact else {
+            let mut buffer = [0; FD_CAPACITY];
+            let mut payload = pad(frame, &mut buffer).map_or_else(|| frame.to_vec(), <[u8]>::to_vec);
+            payload.resize(len, 0);
+            return payload;
         };
-        let mut payload = packed;
-        payload.resize(self.lengths[role as usize], 0);
+        // A padded frame may have too many values for the compact form; its first bytes stand in for it.
+        let mut payload = compact.pack::<Packed>(frame).map_or_else(|_| frame.to_vec(), |packed| packed.0);
+        if payload.len() != len
+            && let (Some(kind), &[_, _, _, a, b, c, d, ..]) = (Kind::of(frame), frame)
+        {
+            // Cut: the check goes where it is in a frame of the design's length.
+            payload.resize(len.saturating_sub(1), 0);
+            payload.push(check.of(kind, Tick(u32::from_le_bytes([a, b, c, d])), &payload));
+        }
         payload
     }
 }

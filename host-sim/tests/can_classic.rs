@@ -1,13 +1,14 @@
 //! On classic CAN the simulated controller rounds its inputs, at the cost that the report estimates; without a network nothing
 //! is rounded.
 
-use gain_gen::design::{Design, Steps, WireSettings};
+use gain_gen::design::{Design, ValueLimits, WireSettings};
 use gain_gen::report::Report;
 use gain_gen::solve::Method;
 use host_sim::contender::{Contender, Kind};
 use host_sim::monte_carlo::{Plan, Simulate};
 use host_sim::sample::{mean, standard_error};
 use host_sim::size_class::{TooLarge, check};
+use slqg::wire::can::{LARGEST_COUNT, LARGEST_OF_FULL_FRAME};
 
 const PLAN: Plan = Plan { runs: 100, steps: 200, seed: 1 };
 /// In the unit of the input, N: coarse enough for its cost to be seen.
@@ -21,9 +22,10 @@ fn integrator() -> Design {
 }
 
 fn coarse() -> Design {
-    let steps = Steps { inputs: vec![STEP], outputs: vec![1.0] };
-    let mut design = Design { wire: WireSettings::CanClassic(steps), ..integrator() };
-    design.network.acknowledged_cycles = 6;
+    let inputs = vec![STEP * f64::from(LARGEST_OF_FULL_FRAME)];
+    let limits = ValueLimits { inputs, outputs: vec![f64::from(LARGEST_COUNT)] };
+    let mut design = Design { wire: WireSettings::CanClassic(limits), ..integrator() };
+    design.network.acknowledged_cycles = 5;
     design
 }
 

@@ -141,3 +141,37 @@ fn a_controller_that_hears_no_sensor_begins_anew_when_its_estimate_is_lost() {
     let sent = slqg::wire::decode_control(&control, &mut room).expect("a control frame");
     assert!(sent.inputs.iter().all(|input| input[0].abs() < 1e3), "{:?}", sent.inputs);
 }
+
+#[test]
+fn an_actuator_clock_that_is_off_is_named_with_by_how_many_cycles() {
+    let pendulum = Pendulum::new(design("pendulum.toml"));
+    for (cycles_ahead, has_relays) in [(5, false), (-5, false), (5, true), (-5, true), (0, true), (0, false)]
+    {
+        let mut desk = Desk::new(&pendulum, 1, has_relays);
+        desk.actuator_ahead = cycles_ahead * 20_000_000;
+        let offset = Duration::from_nanos(desk.actuator_ahead.unsigned_abs());
+        let begin = if cycles_ahead < 0 {
+            WallTime(desk.now.0 - offset.as_nanos() as u64)
+        } else {
+            desk.now.after(offset)
+        };
+        desk.actuator = Some(pendulum.actuator(begin));
+        desk.run(cycles(40));
+        let named =
+            |findings: Vec<String>, what: &str| findings.iter().any(|finding| finding.starts_with(what));
+        let plant = desk.plant.findings();
+        let (controller, actuator) =
+            (desk.controller.as_ref().unwrap().findings(), desk.actuator.as_ref().unwrap().findings());
+        match cycles_ahead {
+            5 => {
+                assert!(named(plant, "the actuator's clock is 5 cycles ahead of this node's"));
+                assert!(named(controller, "the actuator's clock is 5 cycles ahead of this node's"));
+            }
+            -5 => {
+                assert!(named(plant, "the actuator's clock is 5 cycles behind this node's"));
+                assert!(named(actuator, "the controller's clock is 5 cycles ahead of this node's"));
+            }
+            _ => assert_eq!([plant, controller, actuator].concat(), [""; 0]),
+        }
+    }
+}

@@ -21,6 +21,7 @@
 //! | [`in_flight`] | what was sent and may still be applied |
 //! | [`tracking`] | feedforward from the reference samples that are known ahead |
 //! | [`event`] | whether a sequence is worth sending |
+//! | [`identity`] | which plant gains and frames belong to |
 //! | [`checked`] | numbers that were found finite, or probabilities |
 //! | [`played`] | ages, the default input, how likely each is, and what was applied |
 //! | [`sequence`], [`tick`], [`scalar`], [`number`] | a control sequence, the only clock there is, `f32` and `f64`, what gains may be computed in |
@@ -47,6 +48,7 @@ pub mod controller;
 pub mod estimator;
 pub mod event;
 pub mod gains;
+pub mod identity;
 pub mod in_flight;
 pub mod number;
 pub mod played;

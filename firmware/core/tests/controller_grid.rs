@@ -6,14 +6,14 @@ mod can_bus;
 mod dice;
 mod lent;
 
-use can_bus::{BusFrame, grid, identifiers};
+use can_bus::{BusFrame, DESIGN, grid, identifiers};
 use dice::Dice;
 use slqg::actuator::{Applied, Settings};
 use slqg::controller::{Design, InvalidDesign};
 use slqg::estimator::{Merging, Model};
 use slqg::gains::{Gains, Tables};
 use slqg::nalgebra::{SMatrix, SVector};
-use slqg::wire::can::{Compact, Grid, LARGEST_COUNT, MOST_CYCLES};
+use slqg::wire::can::{Compact, Grid, LARGEST_OF_FULL_FRAME, MOST_CYCLES};
 use slqg::wire::{self, Measurement};
 use slqg::{DefaultInput, Scalar, Tick};
 
@@ -51,9 +51,10 @@ fn model<T: Scalar>() -> Model<T, 2, 1, 1> {
     }
 }
 
-/// Steps of 10/32767: inputs up to 10.
+/// Steps of 10/4095: inputs up to 10.
 fn inputs<T: Scalar>() -> Grid<T, 1> {
-    Grid { step: SVector::from([T::nearest(10.0) / T::nearest(32767.0)]), largest_count: LARGEST_COUNT }
+    let step = T::nearest(10.0) / T::nearest(f64::from(LARGEST_OF_FULL_FRAME));
+    Grid { step: SVector::from([step]), largest_count: LARGEST_OF_FULL_FRAME }
 }
 
 /// Runs the loop over a bus that loses and delays frames. Returns in how many cycles a control frame came out of its CAN
@@ -75,7 +76,7 @@ fn on_the_bus<T: Scalar>(in_design: Option<Grid<T, 1>>) -> (u32, u32, f64) {
         grid: in_design,
     };
     let compact =
-        Compact::<T, 1, 1>::new(identifiers(), inputs(), grid([1.0 / 4096.0])).expect("a valid form");
+        Compact::<T, 1, 1>::new(DESIGN, identifiers(), inputs(), grid([1.0 / 4096.0])).expect("a valid form");
     let mut controller = lent::controller(design, START).expect("a fitting design");
     let mut actuator = lent::actuator(settings, START, LENGTH);
     let mut state = SVector::<T, 2>::from([1.0, 0.5].map(T::nearest));
@@ -112,7 +113,7 @@ fn on_the_bus<T: Scalar>(in_design: Option<Grid<T, 1>>) -> (u32, u32, f64) {
         let applied = actuator.step();
         let told = actuator.acknowledgement(MOST_CYCLES).expect("it has played");
         let frame = wire::encode_acknowledgement::<T>(&told, &mut full).expect("room");
-        let told: BusFrame = compact.pack(frame).expect("six cycles at most");
+        let told: BusFrame = compact.pack(frame).expect("five cycles at most");
         controller
             .receive(compact.unpack(&told, controller.tick(), &mut restored).expect("an acknowledgement"))
             .expect("of use");

@@ -145,13 +145,20 @@ fn what_is_no_frame_and_no_blob_has_a_message() {
     ];
     have_messages(&decode, &["201", "202", "203", "204", "205", "206"]);
     have_messages(&[EncodeError::BufferTooSmall, EncodeError::TooMany, EncodeError::NoAges], &["255"]);
-    let pack =
-        [PackError::Decode(Decode::Length), PackError::Values(41), PackError::Cycles(42), PackError::Refused];
-    have_messages(&pack, &["41", "42"]);
+    let pack = [
+        PackError::Decode(Decode::Length),
+        PackError::Values(41),
+        PackError::Cycles(42),
+        PackError::Counts(3),
+        PackError::Period(9000001),
+        PackError::Refused,
+    ];
+    have_messages(&pack, &["41", "42", "4095", "9000001"]);
     let unpack = [
         UnpackError::Identifier,
         UnpackError::Remote,
         UnpackError::Length(43),
+        UnpackError::Check,
         UnpackError::Count,
         UnpackError::Encode(EncodeError::BufferTooSmall),
     ];

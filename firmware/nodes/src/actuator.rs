@@ -111,6 +111,7 @@ impl Node<'_> {
     fn begin(&mut self, begin: Begin, board: &mut impl Board) {
         match begin {
             Begin::Nothing => return,
+            Begin::Refused(tick) => return self.health.clock_refused(tick, board),
             Begin::Next => (),
             Begin::Align(tick) => return self.align(tick, board),
             Begin::Anew(tick) => self.align(tick, board),

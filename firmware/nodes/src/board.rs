@@ -54,8 +54,10 @@ pub struct Usage {
 pub enum Notice {
     /// The clock has told the first cycle.
     Aligned(Tick),
-    /// The clock has told another cycle than the next one: the node begins anew.
+    /// The clock has told another cycle than the next one, often enough to be believed: the node begins anew.
     Realigned(Tick),
+    /// The clock has jumped to this cycle, and nothing confirms that yet: the node goes on as it was.
+    ClockRefused(Tick),
     /// No clock for too long, or none yet: the plant gets the safe input.
     Safe,
     /// The sensor was silent for so long that the controller's estimate had become of no use, and began anew.

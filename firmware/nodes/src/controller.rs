@@ -115,6 +115,7 @@ impl<'m, L: Laws> Node<'m, L> {
     fn begin(&mut self, begin: Begin, board: &mut impl Board) {
         match begin {
             Begin::Nothing => return,
+            Begin::Refused(tick) => return self.health.clock_refused(tick, board),
             Begin::Next => (),
             Begin::Align(tick) => return self.align(tick, board),
             Begin::Anew(tick) => self.align(tick, board),

@@ -33,6 +33,12 @@ impl Health {
         }
     }
 
+    /// A clock frame has told of cycle `tick`, which nothing confirms: it has changed nothing.
+    pub(crate) fn clock_refused(&mut self, tick: Tick, board: &mut impl Board) {
+        self.rejected = self.rejected.saturating_add(1);
+        board.note(Notice::ClockRefused(tick));
+    }
+
     /// A frame has changed nothing.
     pub(crate) fn rejected(&mut self, frame: &[u8], board: &mut impl Board) {
         self.rejected = self.rejected.saturating_add(1);

@@ -14,10 +14,10 @@ use slqg_nodes::design::{INPUTS, OUTPUTS};
 mod memory_bus;
 
 use memory_bus::frames::{
-    acknowledgement, all_received, begins, carry, clock, control, hear, line, measurement,
+    acknowledgement, all_received, begins, carry, clock, control, hear, line, measurement, packed,
 };
 use memory_bus::{
-    ACKNOWLEDGEMENT, BusFrame, CLOCK, CONTROL, MEASUREMENT, Memory, form, grid, identifiers, standard,
+    ACKNOWLEDGEMENT, BusFrame, CLOCK, CONTROL, DESIGN, MEASUREMENT, Memory, form, grid, identifiers, standard,
 };
 
 fn ran(tick: u32) -> Vec<u8> {
@@ -31,7 +31,7 @@ fn what_one_node_sends_another_takes_and_on_the_bus_it_is_the_compact_form() {
     let mut sensor = line(&[]);
     let mut controller = line(taken_by(Role::Controller));
     let mut actuator = line(taken_by(Role::Actuator));
-    let compact = Compact::new(identifiers(), grid::<1>(0.125), grid::<2>(0.25)).expect("a form");
+    let compact = Compact::new(DESIGN, identifiers(), grid::<1>(0.125), grid::<2>(0.25)).expect("a form");
     let packed = |frame: &[u8]| compact.pack::<BusFrame>(frame).expect("fits");
     let tick = 0x0102_0304;
     // Both are told the cycle: half a tick is near to it from then on.
@@ -64,20 +64,60 @@ fn what_one_node_sends_another_takes_and_on_the_bus_it_is_the_compact_form() {
 #[test]
 fn the_clock_travels_as_the_bytes_of_the_wire_format() {
     for (tick, told, data) in [
-        (0x0102_0304, Clock { begins: true, period_us: 20_000 }, [4, 3, 2, 1, 0x20, 0x4e, 0, 0x80]),
-        (7, Clock { begins: false, period_us: 0 }, [7, 0, 0, 0, 0, 0, 0, 0]),
-        (u32::MAX, Clock { begins: true, period_us: 0 }, [0xff, 0xff, 0xff, 0xff, 0, 0, 0, 0x80]),
+        (0x0102_0304, Clock { begins: true, period_us: 20_000 }, [4, 3, 2, 1, 0x20, 0x4e, 0x80, 0x27]),
+        (7, Clock { begins: false, period_us: 0 }, [7, 0, 0, 0, 0, 0, 0, 0x8b]),
+        (u32::MAX, Clock { begins: true, period_us: 0 }, [0xff, 0xff, 0xff, 0xff, 0, 0, 0x80, 0x03]),
         // The longest period there is.
-        (1, Clock { begins: false, period_us: u32::MAX }, [1, 0, 0, 0, 0xff, 0xff, 0xff, 0x7f]),
+        (1, Clock { begins: false, period_us: 0x7f_ffff }, [1, 0, 0, 0, 0xff, 0xff, 0x7f, 0xf5]),
     ] {
         let mut sender = line(&[]);
         let mut node = line(taken_by(Role::Actuator));
         sender.send(&clock(tick, told));
         let sent = carry(&mut sender, &mut node);
         assert_eq!(sent, [BusFrame::new(standard(CLOCK), &data).expect("8 bytes")]);
-        let period_us = told.period_us.min(0x7fff_ffff);
-        assert_eq!(all_received(&mut node), [clock(tick, Clock { period_us, ..told })]);
+        assert_eq!(all_received(&mut node), [clock(tick, told)]);
+        // Any bit of it that is wrong is noticed.
+        for bit in 0..64 {
+            let mut data = data;
+            data[bit / 8] ^= 1 << (bit % 8);
+            hear(&mut node, CLOCK, &data);
+        }
+        assert!(all_received(&mut node).is_empty());
+        assert_eq!(node.lost(), Lost { refused: 64, ..Lost::default() });
     }
+}
+
+#[test]
+fn a_period_that_does_not_fit_is_refused_and_counted() {
+    let mut sender = line(&[]);
+    sender.send(&clock(1, Clock { begins: true, period_us: 0x80_0000 }));
+    assert!(sender.bus().mailboxes.is_empty());
+    assert_eq!(sender.lost(), Lost { refused: 1, ..Lost::default() });
+}
+
+#[test]
+fn frames_of_another_plant_or_an_older_round_are_refused_and_counted() {
+    let mut actuator = line(taken_by(Role::Actuator));
+    let others = Form::<f32, 1, 2>::new(
+        slqg::blob::DesignId(DESIGN.0 ^ 0x55),
+        standard(CLOCK),
+        identifiers(),
+        grid(0.125),
+        grid(0.25),
+    )
+    .expect("a form");
+    let sequence = |tick| control::<1>(tick, &[0.5, -1.0, 0.125]);
+    actuator.bus().received.push_back(Ok(packed(&begins(0x0001_0005))));
+    for frame in [
+        others.pack(&begins(0x0001_0006)).expect("fits"),
+        others.pack(&sequence(0x0001_0005)).expect("fits"),
+        packed(&sequence(0x0000_0005)),
+        packed(&sequence(0x0001_0005)),
+    ] {
+        actuator.bus().received.push_back(Ok(frame));
+    }
+    assert_eq!(all_received(&mut actuator), [begins(0x0001_0005), sequence(0x0001_0005)]);
+    assert_eq!(actuator.lost(), Lost { refused: 3, ..Lost::default() });
 }
 
 #[test]
@@ -86,7 +126,7 @@ fn frames_of_strangers_and_of_other_nodes_are_ignored_and_not_counted() {
     for id in [0, 0x7f, 0x123, 0x7ff, MEASUREMENT, ACKNOWLEDGEMENT] {
         hear(&mut actuator, id, &[5, 0, 1, 0]);
     }
-    hear(&mut actuator, CONTROL, &[5, 0, 1, 0]);
+    actuator.bus().received.push_back(Ok(packed(&control::<1>(5, &[0.125]))));
     assert_eq!(all_received(&mut actuator), [control::<1>(5, &[0.125])]);
     assert_eq!(actuator.lost(), Lost::default());
 }
@@ -126,14 +166,30 @@ fn service_frames_stay_off_the_bus_but_tell_the_line_which_cycle_it_is() {
     let status = wire::encode_service::<f32, _>(Tick(7), &status, &mut [0; 64]).expect("room").to_vec();
     controller.send(&status);
     assert!(controller.bus().mailboxes.is_empty());
-    hear(&mut controller, MEASUREMENT, &[0xff, 0xff, 0, 0, 4, 0]);
+    controller.bus().received.push_back(Ok(packed(&measurement(0x0002_ffff, [0.0, 1.0]))));
     assert_eq!(all_received(&mut controller), [measurement(0x0002_ffff, [0.0, 1.0])]);
     assert_eq!(controller.lost(), Lost::default());
 }
 
 #[test]
+fn a_clock_that_jumps_does_not_move_the_ticks_of_a_node_that_has_told_its_own() {
+    let mut actuator = line(taken_by(Role::Actuator));
+    actuator.bus().received.push_back(Ok(packed(&begins(0x0001_0000))));
+    assert_eq!(all_received(&mut actuator), [begins(0x0001_0000)]);
+    actuator.send(&acknowledgement(0x0001_0000, &[Age::Empty]));
+    let sequence = control::<1>(0x0001_0001, &[0.5]);
+    for frame in [begins(0x0009_0000), sequence.clone()] {
+        actuator.bus().received.push_back(Ok(packed(&frame)));
+    }
+    // The jump goes to the node, which does not believe it; the sequence is still of the cycle that it is of.
+    assert_eq!(all_received(&mut actuator), [begins(0x0009_0000), sequence]);
+    assert_eq!(actuator.lost(), Lost::default());
+}
+
+#[test]
 fn a_form_has_four_different_identifiers() {
-    let form_of = |clock| Form::<f32, 1, 2>::new(standard(clock), identifiers(), grid(1.0), grid(1.0));
+    let form_of =
+        |clock| Form::<f32, 1, 2>::new(DESIGN, standard(clock), identifiers(), grid(1.0), grid(1.0));
     for taken in [MEASUREMENT, CONTROL, ACKNOWLEDGEMENT] {
         assert_eq!(form_of(taken), Err(InvalidCompact::Identifiers));
     }
@@ -205,6 +261,5 @@ fn an_actuator_node_on_the_bus_plays_the_sequence_it_was_sent() {
     assert_eq!(inputs, played);
     assert_eq!(board.line.lost().overruns, 0);
     // It has told of the first of them: the default input.
-    let told = BusFrame::new(standard(ACKNOWLEDGEMENT), &[0xff, 0xff, 0xff]).expect("3 bytes");
-    assert_eq!(board.line.bus().mailboxes.first(), Some(&told));
+    assert_eq!(board.line.bus().mailboxes.first(), Some(&packed(&acknowledgement(0xffff, &[Age::Empty]))));
 }

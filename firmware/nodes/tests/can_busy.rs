@@ -1,6 +1,6 @@
 //! A node whose CAN controller has no room: what waits, what is replaced, and what is counted.
 
-use embedded_can::{ErrorKind, Frame};
+use embedded_can::ErrorKind;
 use slqg::Age;
 use slqg::wire::Role;
 use slqg_nodes::can::{Line, Lost, taken_by};
@@ -10,9 +10,9 @@ use slqg_nodes::can::{Line, Lost, taken_by};
 mod memory_bus;
 
 use memory_bus::frames::{
-    Loop, acknowledgement, all_received, begins, carry, control, hear, line, measurement,
+    Loop, acknowledgement, all_received, begins, carry, control, line, measurement, packed,
 };
-use memory_bus::{ACKNOWLEDGEMENT, BusFrame, CONTROL, Memory, form, standard};
+use memory_bus::{Memory, form};
 
 #[test]
 fn a_full_mailbox_keeps_the_newest_frame_of_each_kind_and_counts_those_it_replaces() {
@@ -58,17 +58,14 @@ fn a_frame_that_gives_way_while_a_newer_one_waits_is_counted() {
     assert_eq!(node.lost(), Lost { replaced: 1, ..Lost::default() });
     node.bus().mailboxes.clear();
     node.flush();
-    assert_eq!(
-        node.bus().mailboxes,
-        [BusFrame::new(standard(ACKNOWLEDGEMENT), &[2, 0, 255]).expect("3 bytes")]
-    );
+    assert_eq!(node.bus().mailboxes, [packed(&acknowledgement(2, &[Age::Empty]))]);
 }
 
 #[test]
 fn an_overrun_is_counted_and_what_follows_it_is_received() {
     let mut actuator = line(taken_by(Role::Actuator));
     actuator.bus().received.push_back(Err(ErrorKind::Overrun));
-    hear(&mut actuator, CONTROL, &[5, 0, 1, 0]);
+    actuator.bus().received.push_back(Ok(packed(&control::<1>(5, &[0.125]))));
     assert!(all_received(&mut actuator).is_empty());
     assert_eq!(all_received(&mut actuator), [control::<1>(5, &[0.125])]);
     assert_eq!(actuator.lost(), Lost { overruns: 1, ..Lost::default() });

@@ -50,8 +50,23 @@ fn a_node_whose_clock_frame_is_lost_goes_on_by_its_timer() {
     desk.clock(&mut node, 6, RUNNING);
     desk.clock(&mut node, 7, RUNNING);
     assert_eq!(desk.kinds(), [Kind::Control, Kind::Ran].repeat(3), "cycles 5, 6 and 7, each once");
-    desk.clock(&mut node, 20, RUNNING);
-    assert_eq!(desk.notices, [Notice::Aligned(Tick(5)), Notice::Realigned(Tick(20))]);
+}
+
+#[test]
+fn a_clock_that_jumps_is_told_of_and_taken_when_three_frames_in_a_row_say_so() {
+    let (mut node, mut desk) = (node(), Desk::default());
+    desk.clock(&mut node, 5, RUNNING);
+    desk.clock(&mut node, 2000, RUNNING);
+    desk.clock(&mut node, 6, RUNNING);
+    let refused = Notice::ClockRefused(Tick(2000));
+    assert_eq!(desk.notices, [Notice::Aligned(Tick(5)), refused], "one wrong frame among right ones");
+    assert_eq!(desk.kinds(), [Kind::Control, Kind::Ran].repeat(2), "cycles 5 and 6");
+    desk.notices.clear();
+    for tick in [20, 21, 22] {
+        desk.clock(&mut node, tick, RUNNING);
+    }
+    let told = [20, 21].map(|tick| Notice::ClockRefused(Tick(tick)));
+    assert_eq!(desk.notices, [&told[..], &[Notice::Realigned(Tick(22))]].concat());
 }
 
 #[test]

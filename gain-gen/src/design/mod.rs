@@ -47,7 +47,7 @@ pub use slqg_links::{
     markov::MarkovLink,
 };
 pub use tracking::{Goal, Preview, Tracking, Trajectory};
-pub use wire::{FrameBytes, Misfit, Steps, WireSettings};
+pub use wire::{Counted, FrameBytes, Misfit, Steps, ValueLimits, WireSettings};
 
 use document::{Document, Section};
 use std::path::Path;

@@ -1,15 +1,16 @@
 //! `[wire]`: what carries the nodes' frames, and in what steps values are counted where they are.
 //!
-//! Whether the design's frames fit their carrier is in `fit`; the bytes themselves are [`slqg::wire`]'s.
+//! Whether the design's frames fit their carrier is in `fit`, what a count of one stands for in `steps`; the bytes themselves are [`slqg::wire`]'s.
 
 mod fit;
+mod steps;
 
 use super::document::{Field, Section, counted};
 use super::{Acknowledgement, ControllerSettings, Design, DesignError, DeviceScalar, Network, Plant};
-use slqg::nalgebra::Vector1;
-use slqg::wire::can::{Grid, LARGEST_COUNT, MOST_CYCLES};
+use slqg::wire::can::MOST_CYCLES;
 
 pub use fit::{FrameBytes, Misfit};
+pub use steps::{Counted, Steps};
 
 /// What carries the frames of the loop.
 #[derive(Debug, Clone, PartialEq)]
@@ -19,13 +20,13 @@ pub enum WireSettings {
     /// Full frames, each in one CAN FD frame.
     CanFd,
     /// Compact frames, each in one classic CAN frame.
-    CanClassic(Steps),
+    CanClassic(ValueLimits),
 }
 
-/// What a count of one stands for. The largest count is 32767 for all of them.
+/// What the largest count stands for.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Steps {
-    /// For each input, in its unit; as the device's scalar has it.
+pub struct ValueLimits {
+    /// For each input, in its unit.
     pub inputs: Vec<f64>,
     /// For each output likewise.
     pub outputs: Vec<f64>,
@@ -48,12 +49,9 @@ impl WireSettings {
         }
     }
 
-    /// The steps, where values are counted.
-    pub const fn steps(&self) -> Option<&Steps> {
-        match self {
-            Self::CanClassic(steps) => Some(steps),
-            Self::Bytes | Self::CanFd => None,
-        }
+    /// Whether values are counted in steps.
+    pub const fn counts_values(&self) -> bool {
+        matches!(self, Self::CanClassic(_))
     }
 
     /// Where the file leaves it open, `network` is told how many cycles an acknowledgement has room for.
@@ -86,7 +84,7 @@ impl WireSettings {
                 if table.and_then(|table| table.inner("acknowledged_cycles")).is_none() {
                     network.acknowledged_cycles = network.acknowledged_cycles.min(MOST_CYCLES);
                 }
-                Self::CanClassic(steps(root, &wire, plant, controller)?)
+                Self::CanClassic(limits(root, &wire, plant, controller)?)
             }
         })
     }
@@ -104,55 +102,42 @@ impl WireSettings {
     }
 }
 
-fn steps(
+fn limits(
     root: &Section<'_>,
     wire: &Section<'_>,
     plant: &Plant,
     controller: &ControllerSettings,
-) -> Result<Steps, DesignError> {
+) -> Result<ValueLimits, DesignError> {
     let field = wire.required("output_limits", "the largest absolute value of each output, above 0")?;
-    let limits = field.numbers()?;
-    if limits.len() != plant.outputs() {
-        let (found, outputs) = (counted(limits.len(), "number"), counted(plant.outputs(), "output"));
-        let found = format!("found {found}, but the plant has {outputs}");
+    let outputs = field.numbers()?;
+    if outputs.len() != plant.outputs() {
+        let (found, expected) = (counted(outputs.len(), "number"), counted(plant.outputs(), "output"));
+        let found = format!("found {found}, but the plant has {expected}");
         return Err(field.reject_with(found, format!("give {}", counted(plant.outputs(), "number"))));
     }
-    let outputs = steps_of(&field, limits, controller.scalar)?;
+    check_steps(&field, &outputs, controller.scalar)?;
     let field = root.optional("controller", "").and_then(|table| table.inner("input_limits"));
     let (Some(pairs), Some(field)) = (&controller.input_limits, field) else {
         let found = "missing, but wire.format = \"can-classic\" counts inputs".to_string();
-        let allowed = "give one pair [least, greatest] per input: the greater absolute value is 32767 counts";
+        let allowed =
+            "give one pair [least, greatest] per input: the greater absolute value is the largest count";
         return Err(wire.reject("controller.input_limits", found, allowed.into()));
     };
-    let largest = pairs.iter().map(|&(least, greatest)| greatest.max(-least)).collect();
-    Ok(Steps { inputs: steps_of(&field, largest, controller.scalar)?, outputs })
+    let inputs: Vec<f64> = pairs.iter().map(|&(least, greatest)| greatest.max(-least)).collect();
+    check_steps(&field, &inputs, controller.scalar)?;
+    Ok(ValueLimits { inputs, outputs })
 }
 
-/// One step for each limit that is given in `field`.
-fn steps_of(field: &Field<'_>, limits: Vec<f64>, scalar: DeviceScalar) -> Result<Vec<f64>, DesignError> {
-    let of = |limit: f64| {
-        step(limit, scalar).ok_or_else(|| {
-            let allowed = format!("give one above 0 whose part of 1/32767 {} can hold", scalar.name());
-            field.reject_with(format!("found the limit {limit:?}"), allowed)
-        })
-    };
-    limits.into_iter().map(of).collect()
-}
-
-/// The step that divides `limit` into the counts there are, rounded as the device rounds; `None` if there is none.
-fn step(limit: f64, scalar: DeviceScalar) -> Option<f64> {
-    let most = f32::from(LARGEST_COUNT);
-    let (step, is_valid) = match scalar {
-        DeviceScalar::F32 => {
-            let step = limit as f32 / most;
-            (f64::from(step), Grid { step: Vector1::new(step), largest_count: LARGEST_COUNT }.is_valid())
+/// Rejects a limit in `field` without a step that the device could compute with.
+fn check_steps(field: &Field<'_>, limits: &[f64], scalar: DeviceScalar) -> Result<(), DesignError> {
+    match limits.iter().find(|limit| !steps::is_valid(**limit, scalar)) {
+        None => Ok(()),
+        Some(limit) => {
+            let most = slqg::wire::can::LARGEST_COUNT;
+            let allowed = format!("give one above 0 whose part of 1/{most} {} can hold", scalar.name());
+            Err(field.reject_with(format!("found the limit {limit:?}"), allowed))
         }
-        DeviceScalar::F64 => {
-            let step = limit / f64::from(most);
-            (step, Grid { step: Vector1::new(step), largest_count: LARGEST_COUNT }.is_valid())
-        }
-    };
-    is_valid.then_some(step)
+    }
 }
 
 /// Whether acknowledgements travel at all.

@@ -67,7 +67,7 @@ fn law_alone(emission: &Emission<'_>, format: &'static str) -> Result<(), EmitEr
     if emission.design.event.is_some() {
         return Err(EmitError::LawAlone { key: "event", format, missing: "the decision whether to send" });
     }
-    if emission.design.wire.steps().is_some() {
+    if emission.design.wire.counts_values() {
         return Err(EmitError::LawAlone { key: "wire", format, missing: "the rounding of the inputs" });
     }
     match emission.task {

@@ -16,13 +16,13 @@ impl Report {
     /// noise would, which costs `e'B'PBe` in all cycles to come. Errors of rounding are taken to be independent of each other
     /// and of the state, as they nearly are while inputs move by many steps.
     pub fn rounding_cost(&self) -> Option<f64> {
-        let steps = self.design.wire.steps()?;
+        let inputs = self.design.steps()?.inputs;
         if self.solution.outcome != Outcome::Converged {
             return None;
         }
         let b = &self.design.plant.b;
         let weight = &self.design.cost.r + b.transpose() * &self.solution.cost_to_go * b;
         let of_input = |(weight, &step): (&f64, &f64)| weight * deviation(step).powi(2);
-        Some(weight.diagonal().iter().zip(&steps.inputs).map(of_input).sum())
+        Some(weight.diagonal().iter().zip(&inputs.steps).map(of_input).sum())
     }
 }

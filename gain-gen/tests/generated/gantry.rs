@@ -39,13 +39,13 @@ pub const SEQUENCE_LENGTH: usize = 3;
 /// Most cycles a measurement may be late and still count, `N^B`.
 pub const MEASUREMENT_BUFFER: usize = 0;
 /// Most cycles ago that an acknowledgement may tell of and still count.
-pub const ACKNOWLEDGEMENT_BUFFER: usize = 7;
+pub const ACKNOWLEDGEMENT_BUFFER: usize = 6;
 /// Cycles the estimator remembers, the current one included.
-pub const HISTORY: usize = 8;
+pub const HISTORY: usize = 7;
 /// Estimates that the estimator keeps at once.
 pub const ESTIMATES: usize = 1;
 /// Of how many of its last cycles each acknowledgement tells: hand it to `Actuator::acknowledgement`.
-pub const ACKNOWLEDGED_CYCLES: usize = 6;
+pub const ACKNOWLEDGED_CYCLES: usize = 5;
 
 /// Length of a control cycle, in seconds.
 #[allow(clippy::approx_constant)]
@@ -116,16 +116,19 @@ pub static MODEL: slqg::estimator::Model<Scalar, STATES, INPUTS, OUTPUTS> =
         ])),
     };
 
+/// Which plant frames on classic CAN belong to: their check fails where another one is expected.
+pub const DESIGN_ID: slqg::blob::DesignId = slqg::blob::DesignId(0x34efc3d1);
+
 /// What inputs are counted in on classic CAN, in input units: [`DESIGN`] rounds them to it.
 ///
-/// With it and [`OUTPUT_GRID`] both ends make the same `slqg::wire::can::Compact`.
+/// With it, [`DESIGN_ID`] and [`OUTPUT_GRID`] both ends make the same `slqg::wire::can::Compact`.
 #[rustfmt::skip]
 #[allow(clippy::approx_constant)]
 pub const INPUT_GRID: slqg::wire::can::Grid<Scalar, INPUTS> = slqg::wire::can::Grid {
     step: slqg::nalgebra::SMatrix::from_array_storage(slqg::nalgebra::ArrayStorage([
-        [0.0007324442],
+        [0.005860806],
     ])),
-    largest_count: slqg::wire::can::LARGEST_COUNT,
+    largest_count: 4095,
 };
 
 /// What outputs are counted in on classic CAN, in output units.
@@ -135,7 +138,7 @@ pub const OUTPUT_GRID: slqg::wire::can::Grid<Scalar, OUTPUTS> = slqg::wire::can:
     step: slqg::nalgebra::SMatrix::from_array_storage(slqg::nalgebra::ArrayStorage([
         [6.103702e-5, 0.00015259255],
     ])),
-    largest_count: slqg::wire::can::LARGEST_COUNT,
+    largest_count: 32767,
 };
 
 /// How the actuator behaves: the default input and, in input units, its limits.

@@ -2,7 +2,7 @@
 
 use crate::{contender::Kind, plant::padded};
 use gain_gen::{
-    design::{Design, Steps},
+    design::{Counted, Design, Steps},
     joining::joining_covariance,
 };
 use nalgebra::{DMatrix, SMatrix, SVector};
@@ -10,7 +10,7 @@ use slqg::{
     DefaultInput, Scalar,
     actuator::{Limits, Settings},
     estimator::Model,
-    wire::can::{Grid, LARGEST_COUNT},
+    wire::can::Grid,
 };
 
 fn cast<T: Scalar, const R: usize, const C: usize>(matrix: &SMatrix<f64, R, C>) -> SMatrix<T, R, C> {
@@ -63,11 +63,10 @@ pub(super) fn actuator<T: Scalar, const NU: usize>(
 pub(super) fn grid<T: Scalar, const D: usize>(
     design: &Design,
     kind: Kind,
-    of: impl Fn(&Steps) -> &[f64],
+    of: impl Fn(&Steps) -> &Counted,
 ) -> Option<Grid<T, D>> {
-    let steps = design.wire.steps().filter(|_| kind != Kind::Lqg);
-    steps.map(|steps| Grid {
-        step: SVector::from_fn(|i, _| of(steps).get(i).map_or(T::one(), |&step| T::nearest(step))),
-        largest_count: LARGEST_COUNT,
-    })
+    let steps = design.steps().filter(|_| kind != Kind::Lqg)?;
+    let Counted { steps, largest_count } = of(&steps);
+    let step = SVector::from_fn(|i, _| steps.get(i).map_or(T::one(), |&step| T::nearest(step)));
+    Some(Grid { step, largest_count: *largest_count })
 }

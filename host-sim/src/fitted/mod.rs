@@ -17,11 +17,12 @@ use crate::{
 };
 use ends::{actuator, grid, joining, model};
 use following::{LaterLaw, TuningTables};
-use gain_gen::design::Design;
+use gain_gen::{design::Design, emit::design_id};
 use nalgebra::{DVector, SVector};
 use slqg::{
     DefaultInput, Scalar,
     actuator::Settings,
+    blob::DesignId,
     controller::{self, Controller},
     estimator::{Merging, Model},
     event::{self, InvalidTrigger, Trigger},
@@ -100,6 +101,8 @@ pub struct Fitted<T: Scalar, const NX: usize, const NU: usize, const NY: usize> 
     acknowledgement_buffer: usize,
     arrives_at_once: T,
     merging: Merging,
+    /// Whose frames are on the bus.
+    design: DesignId,
     /// What inputs are rounded to.
     grid: Option<Grid<T, NU>>,
     /// What outputs are rounded to before they are sent.
@@ -162,6 +165,7 @@ impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize> Fitted<T, NX,
             acknowledgement_buffer: contender.acknowledgement_buffer.min(MEMORY - 1),
             arrives_at_once: T::nearest(contender.arrives_at_once),
             merging: contender.merging,
+            design: design_id(design),
             grid: grid(design, contender.kind, |steps| &steps.inputs),
             output_grid: grid(design, contender.kind, |steps| &steps.outputs),
             carried: contender.bus.as_ref().map_or([0; Role::COUNT], |plan| {
@@ -175,7 +179,7 @@ impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize> Fitted<T, NX,
 
     /// How frames are packed for a bus.
     pub fn carrier(&self) -> Carrier<T, NU, NY> {
-        Carrier::new(self.grid.zip(self.output_grid), self.carried)
+        Carrier::new(self.design, self.grid.zip(self.output_grid), self.carried)
     }
 
     /// An output as the sensor sends it.

@@ -7,6 +7,7 @@ use super::{
     applied::AppliedInput,
     arrivals::Arrivals,
     clock::{Due, Pacer, WallTime, tick_of},
+    clock_offset::{ClockOffset, Way},
     event_loop::{Channel, Node, Outbox},
     statistics::{Figure, Mean, Punctuality, Section},
 };
@@ -35,6 +36,7 @@ pub struct ActuatorNode<'m, T: Scalar, const NU: usize> {
     inbox: Vec<Vec<u8>>,
     punctuality: Punctuality,
     control_frames: Arrivals,
+    controller_clock: ClockOffset,
     default_inputs: u64,
     age: Mean,
     rejected: u64,
@@ -61,6 +63,7 @@ impl<'m, T: Scalar, const NU: usize> ActuatorNode<'m, T, NU> {
             inbox: Vec::new(),
             punctuality,
             control_frames: Arrivals::default(),
+            controller_clock: ClockOffset::new(Way::Link),
             default_inputs: 0,
             age: Mean::default(),
             rejected: 0,
@@ -125,6 +128,7 @@ impl<T: Scalar, const NU: usize> Node for ActuatorNode<'_, T, NU> {
             return;
         };
         self.control_frames.note(sequence.tick, self.pacer.timetable(), now);
+        self.controller_clock.note(sequence.tick, self.pacer.timetable(), now);
         if self.inbox.len() < INBOX {
             self.inbox.push(packet.to_vec());
         } else {
@@ -141,12 +145,17 @@ impl<T: Scalar, const NU: usize> Node for ActuatorNode<'_, T, NU> {
         format!("cycle {cycles}, {misses} missed: default input in {} cycles", self.default_inputs)
     }
 
+    fn findings(&self) -> Vec<String> {
+        self.controller_clock.sentence("controller").into_iter().collect()
+    }
+
     fn sections(&self) -> Vec<Section> {
         let actuator = vec![
             ("default_inputs", Figure::Count(self.default_inputs)),
             ("mean_age", Figure::Number(Some(self.age.mean()))),
             ("rejected", Figure::Count(self.rejected)),
             ("overflowed", Figure::Count(self.overflowed)),
+            ("controller_clock_ahead", self.controller_clock.figure()),
         ];
         vec![
             self.punctuality.section(),

@@ -6,6 +6,7 @@
 use super::{
     arrivals::Arrivals,
     clock::{Due, Pacer, WallTime, tick_of},
+    clock_offset::{ClockOffset, Way},
     event_loop::{Channel, Node, Outbox},
     statistics::{Figure, Punctuality, Section},
 };
@@ -38,6 +39,8 @@ pub struct ControllerNode<'f, T: Scalar, const NX: usize, const NU: usize, const
     punctuality: Punctuality,
     measurements: Arrivals,
     acknowledgements: Arrivals,
+    plant_clock: ClockOffset,
+    actuator_clock: ClockOffset,
     starts: u64,
     lost_estimates: u64,
     sent: u64,
@@ -73,6 +76,8 @@ impl<'f, T: Scalar, const NX: usize, const NU: usize, const NY: usize> Controlle
             punctuality,
             measurements: Arrivals::default(),
             acknowledgements: Arrivals::default(),
+            plant_clock: ClockOffset::new(Way::Link),
+            actuator_clock: ClockOffset::new(Way::Link),
             starts: 0,
             lost_estimates: 0,
             sent: 0,
@@ -178,8 +183,10 @@ impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize> Node
         let timetable = self.pacer.timetable();
         if let Ok(measured) = decode_measurement::<T, NY>(packet) {
             self.measurements.note(measured.tick, timetable, now);
+            self.plant_clock.note(measured.tick, timetable, now);
         } else if let Ok(told) = decode_acknowledgement::<T>(packet) {
             self.acknowledgements.note(told.tick, timetable, now);
+            self.actuator_clock.note(told.tick, timetable, now);
         } else {
             self.rejected += 1;
             return;
@@ -200,6 +207,11 @@ impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize> Node
         format!("cycle {}, {} missed: {state}", self.cycles(), self.punctuality.misses())
     }
 
+    fn findings(&self) -> Vec<String> {
+        let clocks = [(&self.plant_clock, "plant"), (&self.actuator_clock, "actuator")];
+        clocks.into_iter().filter_map(|(clock, whose)| clock.sentence(whose)).collect()
+    }
+
     fn sections(&self) -> Vec<Section> {
         let controller = vec![
             ("starts", Figure::Count(self.starts)),
@@ -207,6 +219,8 @@ impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize> Node
             ("sent", Figure::Count(self.sent)),
             ("rejected", Figure::Count(self.rejected)),
             ("overflowed", Figure::Count(self.overflowed)),
+            ("plant_clock_ahead", self.plant_clock.figure()),
+            ("actuator_clock_ahead", self.actuator_clock.figure()),
         ];
         vec![
             self.punctuality.section(),

@@ -54,6 +54,10 @@ pub trait Node {
     }
     /// One line on how it goes.
     fn progress(&self) -> String;
+    /// What is wrong with the loop as far as this node can tell, in sentences.
+    fn findings(&self) -> Vec<String> {
+        Vec::new()
+    }
     /// What it counted.
     fn sections(&self) -> Vec<Section>;
 }
@@ -101,7 +105,8 @@ pub fn run(
         }
         if told.elapsed() >= Duration::from_secs(1) {
             told = Instant::now();
-            progress.set_message(node.progress());
+            let findings = node.findings().concat();
+            progress.set_message(if findings.is_empty() { node.progress() } else { findings });
             progress.tick();
         }
         let mut nap = NAP;

@@ -95,6 +95,9 @@ impl<'o> Loaded<'o> {
         };
         let packets = event_loop::run(node, transport.as_mut(), limit, &stop)
             .map_err(|error| NodeError::Input(format!("nothing can be received any more: {error}")))?;
+        for finding in node.findings() {
+            eprintln!("warning: {finding}");
+        }
         let mut sections = node.sections();
         sections.push(packets);
         let statistics = Statistics { node: name, name: self.design.name.clone(), sections };

@@ -6,6 +6,7 @@
 //! | room | what lives there |
 //! |---|---|
 //! | [`clock`] | cycles on the wall clock, and what becomes of those that were missed |
+//! | [`clock_offset`] | whether another node's clock is apart from this one's |
 //! | [`event_loop`] | the loop of every node: act, sleep, receive |
 //! | [`controller`], [`actuator`], [`plant`], [`relay`] | what each node does, told the time |
 //! | [`transport`] | UDP and CAN FD |
@@ -18,6 +19,7 @@ pub mod applied;
 pub mod arrivals;
 mod carrier;
 pub mod clock;
+pub mod clock_offset;
 pub mod controller;
 pub mod event_loop;
 mod loaded;

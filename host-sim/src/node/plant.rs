@@ -6,6 +6,7 @@
 use super::{
     applied::AppliedInput,
     clock::{Due, Pacer, WallTime, tick_of},
+    clock_offset::{ClockOffset, Way},
     event_loop::{Channel, Node, Outbox},
     statistics::{Figure, Punctuality, Section},
 };
@@ -47,6 +48,7 @@ pub struct PlantNode<'p, T, const NX: usize, const NU: usize, const NY: usize> {
     rejected: u64,
     /// Cycles whose input had not come when they were over.
     late_inputs: u64,
+    actuator_clock: ClockOffset,
     scalar: PhantomData<T>,
 }
 
@@ -77,6 +79,7 @@ impl<'p, T: Scalar, const NX: usize, const NU: usize, const NY: usize> PlantNode
             received: 0,
             rejected: 0,
             late_inputs: 0,
+            actuator_clock: ClockOffset::new(Way::Wire),
             scalar: PhantomData,
         }
     }
@@ -164,6 +167,7 @@ impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize> Node for Plan
             self.rejected += 1;
             return;
         };
+        self.actuator_clock.note(applied.tick, timetable, now);
         // Of a cycle that is over for the plant, or of one that has not begun.
         let begun = timetable.cycle(now);
         if cycle > begun || cycle < self.cycle.unwrap_or(begun.saturating_sub(1)) {
@@ -200,6 +204,10 @@ impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize> Node for Plan
         }
     }
 
+    fn findings(&self) -> Vec<String> {
+        self.actuator_clock.sentence("actuator").into_iter().collect()
+    }
+
     fn sections(&self) -> Vec<Section> {
         let plant = vec![
             ("cycles", Figure::Count(self.cycles)),
@@ -213,6 +221,7 @@ impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize> Node for Plan
             ("received", Figure::Count(self.received)),
             ("rejected", Figure::Count(self.rejected)),
             ("late_inputs", Figure::Count(self.late_inputs)),
+            ("actuator_clock_ahead", self.actuator_clock.figure()),
         ];
         vec![self.punctuality.section(), ("plant", plant), ("applied_inputs", inputs)]
     }

@@ -13,6 +13,8 @@ pub enum Figure {
     Seconds(f64),
     /// A number in units of the design; `None` if there is none, or it is not finite.
     Number(Option<f64>),
+    /// Cycles, with a sign.
+    Cycles(i64),
     /// Yes or no.
     Flag(bool),
 }
@@ -23,6 +25,7 @@ impl Serialize for Figure {
             Self::Count(count) => serializer.serialize_u64(count),
             Self::Seconds(value) => serializer.serialize_f64(value),
             Self::Number(value) => value.filter(|value| value.is_finite()).serialize(serializer),
+            Self::Cycles(cycles) => serializer.serialize_i64(cycles),
             Self::Flag(flag) => serializer.serialize_bool(flag),
         }
     }
@@ -38,6 +41,8 @@ impl Figure {
             }
             Self::Number(Some(value)) if value.is_finite() => format!("{value:.4e}"),
             Self::Number(_) => "-".into(),
+            Self::Cycles(0) => "0".into(),
+            Self::Cycles(cycles) => format!("{cycles:+}"),
             Self::Flag(flag) => if flag { "yes" } else { "no" }.into(),
         }
     }

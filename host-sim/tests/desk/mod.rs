@@ -108,6 +108,8 @@ pub(crate) struct Desk<'l, T: Scalar, const NX: usize, const NU: usize, const NY
     pub(crate) relays: Option<[RelayNode; 2]>,
     /// The controller's process does not run until then; its packets wait.
     pub(crate) controller_sleeps: WallTime,
+    /// Nanoseconds that the actuator's clock is ahead.
+    pub(crate) actuator_ahead: i64,
     waiting: Vec<Vec<u8>>,
 }
 
@@ -120,6 +122,7 @@ impl<'l, T: Scalar, const NX: usize, const NU: usize, const NY: usize> Desk<'l, 
             actuator: Some(of.actuator(BEGIN)),
             relays: has_relays.then(|| of.relays(seed, BEGIN)),
             controller_sleeps: BEGIN,
+            actuator_ahead: 0,
             waiting: Vec::new(),
         }
     }
@@ -132,7 +135,10 @@ impl<'l, T: Scalar, const NX: usize, const NU: usize, const NY: usize> Desk<'l, 
             let nodes = [
                 self.plant.next(),
                 self.controller.as_ref().and_then(|node| node.next()).map(|next| next.max(sleeps)),
-                self.actuator.as_ref().and_then(|node| node.next()),
+                self.actuator
+                    .as_ref()
+                    .and_then(|node| node.next())
+                    .map(|next| shifted(next, -self.actuator_ahead)),
                 self.relays.as_ref().and_then(|relays| relays.iter().filter_map(|relay| relay.next()).min()),
             ];
             let Some(next) = nodes.into_iter().flatten().min().filter(|next| *next <= end) else { break };
@@ -151,7 +157,7 @@ impl<'l, T: Scalar, const NX: usize, const NU: usize, const NY: usize> Desk<'l, 
             controller.act(now, &mut outbox);
         }
         if let Some(actuator) = &mut self.actuator {
-            actuator.act(now, &mut outbox);
+            actuator.act(shifted(now, self.actuator_ahead), &mut outbox);
         }
         let mut relayed = [Outbox::new(), Outbox::new()];
         for (channel, packet) in outbox {
@@ -182,9 +188,14 @@ impl<'l, T: Scalar, const NX: usize, const NU: usize, const NY: usize> Desk<'l, 
 
     fn hand_actuator(&mut self, packet: &[u8]) {
         if let Some(actuator) = &mut self.actuator {
-            actuator.receive(packet, self.now);
+            actuator.receive(packet, shifted(self.now, self.actuator_ahead));
         }
     }
+}
+
+/// What a clock shows that is so many nanoseconds ahead.
+fn shifted(now: WallTime, ahead: i64) -> WallTime {
+    WallTime(now.0.saturating_add_signed(ahead))
 }
 
 /// A count out of a node's statistics.

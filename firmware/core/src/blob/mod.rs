@@ -22,6 +22,7 @@
 mod error;
 mod reception;
 
+pub use crate::identity::DesignId;
 pub use error::{BlobError, EncodeError};
 pub use reception::Reception;
 
@@ -40,24 +41,6 @@ const HEADER_LEN: usize = 16;
 const CHECKSUM_LEN: usize = 4;
 const ZERO: u8 = 0;
 const HOLD: u8 = 1;
-
-/// Which plant gains belong to: a checksum of its numbers, see `docs/blob-format.md`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct DesignId(pub u32);
-
-impl DesignId {
-    /// CRC-32/ISCSI of a design's canonical text.
-    pub fn of(canonical: &[u8]) -> Self {
-        Self(checksum(canonical))
-    }
-}
-
-impl core::fmt::Display for DesignId {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        write!(f, "{:#010x}", self.0)
-    }
-}
 
 /// Dimensions of a law.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -2,7 +2,8 @@
 
 use embedded_can::{Frame, Id, StandardId};
 use nalgebra::SVector;
-use slqg::wire::can::{Compact, Grid, Identifiers, LARGEST_COUNT};
+use slqg::blob::DesignId;
+use slqg::wire::can::{Compact, Grid, Identifiers, LARGEST_COUNT, LARGEST_OF_FULL_FRAME};
 use slqg::{Scalar, nalgebra};
 
 /// Whatever a bus may deliver: drivers differ in what they let through.
@@ -53,10 +54,19 @@ pub(crate) fn grid<T: Scalar, const D: usize>(steps: [f64; D]) -> Grid<T, D> {
     Grid { step: SVector::from(steps.map(T::nearest)), largest_count: LARGEST_COUNT }
 }
 
-/// One input in steps of 12/32767, two outputs in steps of 1/4 and 1/1024.
+/// The plant that frames are of.
+pub(crate) const DESIGN: DesignId = DesignId(0x1122_3344);
+
+/// One input in steps of 12/4095, of which three fit a frame; two outputs in steps of 1/4 and 1/1024.
 #[allow(dead_code)]
 pub(crate) fn compact<T: Scalar>() -> Compact<T, 1, 2> {
-    let full_scale =
-        Grid { step: SVector::from([T::nearest(12.0) / T::nearest(32767.0)]), largest_count: LARGEST_COUNT };
-    Compact::new(identifiers(), full_scale, grid([0.25, 1.0 / 1024.0])).expect("a valid form")
+    compact_of(DESIGN)
+}
+
+/// The same of another plant.
+#[allow(dead_code)]
+pub(crate) fn compact_of<T: Scalar>(design: DesignId) -> Compact<T, 1, 2> {
+    let step = T::nearest(12.0) / T::nearest(f64::from(LARGEST_OF_FULL_FRAME));
+    let full_scale = Grid { step: SVector::from([step]), largest_count: LARGEST_OF_FULL_FRAME };
+    Compact::new(design, identifiers(), full_scale, grid([0.25, 1.0 / 1024.0])).expect("a valid form")
 }

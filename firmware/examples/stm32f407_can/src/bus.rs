@@ -8,7 +8,7 @@ use embedded_can::{Id, StandardId};
 use slqg::wire::{Role, can::Identifiers};
 use slqg_nodes::{
     can::{Form, taken_by},
-    design::{INPUT_GRID, INPUTS, OUTPUT_GRID, OUTPUTS, Scalar},
+    design::{DESIGN_ID, INPUT_GRID, INPUTS, OUTPUT_GRID, OUTPUTS, Scalar},
 };
 
 /// The clock of the CAN controller, that of the bus APB1.
@@ -27,10 +27,10 @@ const _: () = assert!(APB1_HZ == BIT_RATE * PRESCALER * (1 + SEGMENT_1 + SEGMENT
 const BIT_TIMING: u32 = (JUMP - 1) << 24 | (SEGMENT_2 - 1) << 20 | (SEGMENT_1 - 1) << 16 | (PRESCALER - 1);
 
 /// Identifiers as those of `designs/pendulum_can.toml`; the clock goes before all traffic.
-const CLOCK: u16 = 0x080;
-const MEASUREMENT: u16 = 0x700;
-const CONTROL: u16 = 0x701;
-const ACKNOWLEDGEMENT: u16 = 0x702;
+const CLOCK: u16 = 0x084;
+const MEASUREMENT: u16 = 0x704;
+const CONTROL: u16 = 0x705;
+const ACKNOWLEDGEMENT: u16 = 0x706;
 
 const fn standard(id: u16) -> Id {
     match StandardId::new(id) {
@@ -46,7 +46,7 @@ pub(crate) fn form() -> Form<Scalar, INPUTS, OUTPUTS> {
         control: standard(CONTROL),
         acknowledgement: standard(ACKNOWLEDGEMENT),
     };
-    Form::new(const { standard(CLOCK) }, IDENTIFIERS, INPUT_GRID, OUTPUT_GRID)
+    Form::new(DESIGN_ID, const { standard(CLOCK) }, IDENTIFIERS, INPUT_GRID, OUTPUT_GRID)
         .expect("different identifiers, and grids that the generator has checked")
 }
 

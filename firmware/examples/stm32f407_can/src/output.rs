@@ -1,6 +1,6 @@
 //! The input of the plant as a voltage: 12 bits of DAC over the range of the design's largest input and its negative.
 
-use slqg::{actuator::Applied, wire::can::LARGEST_COUNT};
+use slqg::actuator::Applied;
 use slqg_nodes::design::{INPUT_GRID, INPUTS, Scalar};
 use stm32f4xx_hal::dac::{C1, DacOut, DacPin};
 
@@ -19,7 +19,7 @@ pub(crate) fn start(output: &mut C1) {
 
 /// Puts an input out; the actuator has limited it to the design's range.
 pub(crate) fn put(output: &mut C1, applied: &Applied<Scalar, INPUTS>) {
-    let largest = INPUT_GRID.step[0] * Scalar::from(LARGEST_COUNT);
+    let largest = INPUT_GRID.step[0] * Scalar::from(INPUT_GRID.largest_count);
     let code = Scalar::from(REST) + applied.input[0] / largest * SPAN;
     // The cast saturates at 0; what is not a number never leaves the actuator.
     output.set_value((code as u16).min(REST + SPAN as u16));

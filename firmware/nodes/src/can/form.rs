@@ -4,9 +4,10 @@ use super::clock;
 use embedded_can::{Frame, Id};
 use slqg::{
     Scalar, Tick,
+    blob::DesignId,
     wire::{
         self, Clock, Kind,
-        can::{Compact, Grid, Identifiers, InvalidCompact, PackError, UnpackError},
+        can::{Check, Compact, Grid, Identifiers, InvalidCompact, PackError, UnpackError},
     },
 };
 
@@ -14,19 +15,21 @@ use slqg::{
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Form<T, const NU: usize, const NY: usize> {
     clock: Id,
+    check: Check,
     identifiers: Identifiers,
     compact: Compact<T, NU, NY>,
 }
 
 impl<T: Scalar, const NU: usize, const NY: usize> Form<T, NU, NY> {
-    /// The form with these identifiers and grids; the grids are those that `gain-gen` writes for a design with
-    /// `wire.format = "can-classic"`.
+    /// The form of the loop with the plant of `design`, with these identifiers and grids; id and grids are those that `gain-gen`
+    /// writes for a design with `wire.format = "can-classic"`.
     ///
     /// The lowest identifier wins the bus: give it to the clock, which all nodes wait for.
     ///
     /// # Errors
-    /// If two of the four identifiers are the same or a grid is not [valid](Grid::is_valid).
+    /// If two of the four identifiers are the same, or as [`Compact::new`].
     pub fn new(
+        design: DesignId,
         clock: Id,
         identifiers: Identifiers,
         inputs: Grid<T, NU>,
@@ -36,7 +39,8 @@ impl<T: Scalar, const NU: usize, const NY: usize> Form<T, NU, NY> {
         if [measurement, control, acknowledgement].contains(&clock) {
             return Err(InvalidCompact::Identifiers);
         }
-        Ok(Self { clock, identifiers, compact: Compact::new(identifiers, inputs, outputs)? })
+        let compact = Compact::new(design, identifiers, inputs, outputs)?;
+        Ok(Self { clock, check: Check::new(design), identifiers, compact })
     }
 
     /// The identifier of frames of this kind, for a driver's filters; `None` if they do not go over the bus.
@@ -66,11 +70,11 @@ impl<T: Scalar, const NU: usize, const NY: usize> Form<T, NU, NY> {
             return self.compact.pack(frame);
         }
         let (tick, told) = wire::decode_service::<T, Clock>(frame).map_err(PackError::Decode)?;
-        clock::pack(self.clock, tick, told).ok_or(PackError::Refused)
+        clock::pack(self.clock, self.check, tick, told)
     }
 
     /// The full frame that `frame` stands for, written into `buffer`, [`super::LONGEST`] bytes at most. `now` is the
-    /// receiver's own tick, as for [`Compact::unpack`]; the clock has a whole tick of its own.
+    /// receiver's own tick, as for [`Compact::unpack`]; the clock has a whole tick of its own, and its check covers that.
     ///
     /// # Errors
     /// Says why `frame` is none of this loop, or does not fit `buffer`.
@@ -83,7 +87,7 @@ impl<T: Scalar, const NU: usize, const NY: usize> Form<T, NU, NY> {
         if frame.id() != self.clock {
             return self.compact.unpack(frame, now, buffer);
         }
-        let (tick, told) = clock::unpack(frame)?;
+        let (tick, told) = clock::unpack(frame, self.check)?;
         wire::encode_service::<T, _>(tick, &told, buffer).map_err(UnpackError::Encode)
     }
 }

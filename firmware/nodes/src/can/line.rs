@@ -51,6 +51,8 @@ pub struct Line<C: Can, T, const NU: usize, const NY: usize> {
     takes: &'static [Kind],
     /// The node's cycle, as far as its own frames and the clock tell: the lower half of a received tick is near it.
     now: Tick,
+    /// Whether the node has told its cycle. Before that the clock does; later a clock that jumps may be wrong.
+    has_told: bool,
     /// One for each of [`URGENCY`].
     waiting: [Option<C::Frame>; URGENCY.len()],
     lost: Lost,
@@ -60,13 +62,13 @@ impl<C: Can, T: Scalar, const NU: usize, const NY: usize> Line<C, T, NU, NY> {
     /// A line over `bus`, which is on, for a node that takes these kinds of frame.
     pub fn new(bus: C, form: Form<T, NU, NY>, takes: &'static [Kind]) -> Self {
         let waiting = [const { None }; URGENCY.len()];
-        Self { bus, form, takes, now: Tick::default(), waiting, lost: Lost::default() }
+        Self { bus, form, takes, now: Tick::default(), has_told: false, waiting, lost: Lost::default() }
     }
 
     /// Sends a full frame of the node; service frames but the clock stay here. One that finds the bus busy waits for
     /// [`Self::flush`].
     pub fn send(&mut self, frame: &[u8]) {
-        self.learn(frame);
+        self.has_told |= self.learn(frame);
         let Some(place) = Kind::of(frame).and_then(place_of) else { return };
         match self.form.pack(frame) {
             Ok(packed) => {
@@ -114,7 +116,7 @@ impl<C: Can, T: Scalar, const NU: usize, const NY: usize> Line<C, T, NU, NY> {
             }
         };
         let frame = buffer.get(..len)?;
-        if Kind::of(frame) == Some(Kind::Clock) {
+        if Kind::of(frame) == Some(Kind::Clock) && !self.has_told {
             self.learn(frame);
         }
         Some(frame)
@@ -138,15 +140,17 @@ impl<C: Can, T: Scalar, const NU: usize, const NY: usize> Line<C, T, NU, NY> {
         }
     }
 
-    /// Which cycle it is: a node without a clock goes on by its own timer, and what it sends says so.
-    fn learn(&mut self, frame: &[u8]) {
+    /// Which cycle it is, if the frame tells: a node without a clock goes on by its own timer, and what it sends says so.
+    fn learn(&mut self, frame: &[u8]) -> bool {
         let tells = matches!(
             Kind::of(frame),
             Some(Kind::Clock | Kind::Control | Kind::Acknowledgement | Kind::Applied | Kind::Ran)
         );
         if let (true, &[_, _, _, a, b, c, d, ..]) = (tells, frame) {
             self.now = Tick(u32::from_le_bytes([a, b, c, d]));
+            return true;
         }
+        false
     }
 }
 

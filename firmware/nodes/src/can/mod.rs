@@ -3,7 +3,7 @@
 //! | file | what lives there |
 //! |---|---|
 //! | `form` | which frame is which on the bus: identifiers, and the bytes of each |
-//! | `clock` | the clock in eight bytes |
+//! | `clock` | the clock in eight bytes, one of them its check |
 //! | `line` | frames of a node to the bus and back, and what waits while the bus is busy |
 //!
 //! `docs/wire-format.md` is the normative page. Measurements, control frames and acknowledgements travel in the compact form of

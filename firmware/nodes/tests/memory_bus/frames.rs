@@ -51,6 +51,11 @@ pub(crate) fn all_received(line: &mut Loop) -> Vec<Vec<u8>> {
     std::iter::from_fn(|| line.receive(&mut buffer).map(<[u8]>::to_vec)).collect()
 }
 
+/// A full frame as it is on the bus.
+pub(crate) fn packed(frame: &[u8]) -> BusFrame {
+    form::<1, 2>().pack(frame).expect("fits")
+}
+
 pub(crate) fn hear(line: &mut Loop, id: u16, data: &[u8]) {
     let frame = BusFrame::new(standard(id), data).expect("8 bytes at most");
     line.bus().received.push_back(Ok(frame));

@@ -3,8 +3,9 @@
 pub(crate) mod frames;
 
 use embedded_can::{ErrorKind, Frame, Id, StandardId, nb::Can};
+use slqg::blob::DesignId;
 use slqg::nalgebra::SVector;
-use slqg::wire::can::{Grid, Identifiers, LARGEST_COUNT};
+use slqg::wire::can::{Grid, Identifiers, LARGEST_OF_FULL_FRAME};
 use slqg_nodes::can::Form;
 use std::collections::VecDeque;
 
@@ -90,6 +91,9 @@ pub(crate) fn standard(id: u16) -> Id {
     Id::Standard(StandardId::new(id).expect("11 bits"))
 }
 
+/// The plant of the loop.
+pub(crate) const DESIGN: DesignId = DesignId(0x1122_3344);
+
 pub(crate) const CLOCK: u16 = 0x080;
 pub(crate) const MEASUREMENT: u16 = 0x120;
 pub(crate) const CONTROL: u16 = 0x121;
@@ -104,10 +108,10 @@ pub(crate) fn identifiers() -> Identifiers {
 }
 
 pub(crate) fn grid<const D: usize>(step: f32) -> Grid<f32, D> {
-    Grid { step: SVector::from_element(step), largest_count: LARGEST_COUNT }
+    Grid { step: SVector::from_element(step), largest_count: LARGEST_OF_FULL_FRAME }
 }
 
 /// Inputs in steps of 1/8, outputs in steps of 1/4.
 pub(crate) fn form<const NU: usize, const NY: usize>() -> Form<f32, NU, NY> {
-    Form::new(standard(CLOCK), identifiers(), grid(0.125), grid(0.25)).expect("a form")
+    Form::new(DESIGN, standard(CLOCK), identifiers(), grid(0.125), grid(0.25)).expect("a form")
 }

@@ -3,7 +3,9 @@
 use super::{WireSettings, acknowledges};
 use crate::design::{Design, DeviceScalar};
 use slqg::Scalar;
-use slqg::wire::can::{FD_CAPACITY, MOST_CYCLES, MOST_VALUES, compact_len, fd_len};
+use slqg::wire::can::{
+    FD_CAPACITY, MOST_CYCLES, MOST_VALUES, compact_acknowledgement_len, compact_len, fd_len,
+};
 use slqg::wire::{acknowledgement_len, control_len, measurement_len};
 
 /// Bytes of each kind of frame.
@@ -53,7 +55,8 @@ impl Design {
             WireSettings::CanClassic(_) => FrameBytes {
                 measurement: compact_len(plant.outputs()),
                 control: compact_len(plant.inputs() * settings.sequence_length),
-                acknowledgement: acknowledgement.map(|_| compact_len(0) + self.network.acknowledged_cycles),
+                acknowledgement: acknowledgement
+                    .map(|_| compact_acknowledgement_len(self.network.acknowledged_cycles)),
             },
         })
     }

@@ -287,7 +287,7 @@ pub const ACTUATOR_MEMORY: ActuatorMemory =
         trigger = optional("TRIGGER", emission.trigger.is_some()),
         arrives_at_once = arrival.number(LoopProblem::of(emission.design).arrives_at_once())?,
         merging = merging(emission),
-        grid = optional("INPUT_GRID", emission.design.wire.steps().is_some()),
+        grid = optional("INPUT_GRID", emission.design.wire.counts_values()),
     ))
 }
 

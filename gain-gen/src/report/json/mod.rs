@@ -87,7 +87,7 @@ pub(crate) struct Document<'r> {
     warnings: Vec<String>,
     /// Only on CAN.
     #[serde(skip_serializing_if = "Option::is_none")]
-    wire: Option<Wire<'r>>,
+    wire: Option<Wire>,
 }
 
 /// [`AppliedInput`]; null: no bounds are known.

@@ -174,7 +174,7 @@ impl Event {
 
 /// Frames on a CAN bus.
 #[derive(Serialize)]
-pub(super) struct Wire<'r> {
+pub(super) struct Wire {
     format: &'static str,
     /// Data bytes of each CAN frame; null if it is too small.
     measurement_bytes: Option<usize>,
@@ -185,25 +185,25 @@ pub(super) struct Wire<'r> {
     misfit: Option<String>,
     /// Null where values are not counted.
     #[serde(flatten)]
-    rounding: Option<Rounding<'r>>,
+    rounding: Option<Rounding>,
 }
 
 /// What a count stands for, in the unit of each input and output.
 #[derive(Serialize)]
-struct Rounding<'r> {
-    input_steps: &'r [f64],
-    output_steps: &'r [f64],
+struct Rounding {
+    input_steps: Vec<f64>,
+    output_steps: Vec<f64>,
     /// Per step, see [`Report::rounding_cost`].
     rounding_cost: Option<f64>,
 }
 
-impl<'r> Wire<'r> {
-    pub(super) fn of(report: &'r Report) -> Option<Self> {
+impl Wire {
+    pub(super) fn of(report: &Report) -> Option<Self> {
         let design = &report.design;
         let bytes = design.carried_bytes();
-        let rounding = design.wire.steps().map(|Steps { inputs, outputs }| Rounding {
-            input_steps: inputs,
-            output_steps: outputs,
+        let rounding = design.steps().map(|Steps { inputs, outputs }| Rounding {
+            input_steps: inputs.steps,
+            output_steps: outputs.steps,
             rounding_cost: report.rounding_cost(),
         });
         (design.wire != WireSettings::Bytes).then(|| Self {

@@ -29,18 +29,18 @@ impl Report {
         if let (Some(carried), Some(full)) = (acknowledgement, full.acknowledgement) {
             line(f, "acknowledgement", told(carried, full))?;
         }
-        wire.steps().map_or(Ok(()), |steps| self.rounding(f, steps))
+        self.design.steps().map_or(Ok(()), |steps| self.rounding(f, &steps))
     }
 
     fn rounding(&self, f: &mut Formatter<'_>, steps: &Steps) -> fmt::Result {
         let error = |step: f64| {
             format!("step {}, standard deviation of its error {}", figure(step), figure(deviation(step)))
         };
-        for (at, &step) in (1..).zip(&steps.inputs) {
+        for (at, &step) in (1..).zip(&steps.inputs.steps) {
             line(f, &format!("input u{at}"), error(step))?;
         }
         let noise = self.design.plant.measurement_noise.diagonal();
-        for ((at, &step), variance) in (1..).zip(&steps.outputs).zip(noise.iter()) {
+        for ((at, &step), variance) in (1..).zip(&steps.outputs.steps).zip(noise.iter()) {
             let share = percent(deviation(step) / variance.sqrt());
             line(f, &format!("output y{at}"), format!("{}, {share} of the sensor's", error(step)))?;
         }

@@ -1,4 +1,4 @@
-//! `Grid`: the values that 16-bit counts of a step can express.
+//! `Grid`: the values that counts of a step can express.
 //!
 //! Where grids come from is the generator's business; when inputs are rounded to one, [`crate::controller`]'s.
 
@@ -7,6 +7,13 @@ use nalgebra::SVector;
 
 /// The largest count there is. Its negative is the smallest one: the range is symmetric, and -32768 is no count.
 pub const LARGEST_COUNT: i16 = i16::MAX;
+/// The largest count in a frame that is full, that is of [`super::MOST_VALUES`]: its counts have 13 bits.
+pub const LARGEST_OF_FULL_FRAME: i16 = (1 << 12) - 1;
+
+/// The largest count that a compact frame of `values` values has room for.
+pub const fn largest_count(values: usize) -> i16 {
+    if values < super::MOST_VALUES { LARGEST_COUNT } else { LARGEST_OF_FULL_FRAME }
+}
 
 /// Vectors whose entries are whole multiples of a step each: `value = count * step`, rounded as the scalar rounds.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -20,7 +27,7 @@ pub struct Grid<T, const D: usize> {
 impl<T: Scalar, const D: usize> Grid<T, D> {
     /// Whether every step is positive and every value on the grid finite.
     pub fn is_valid(&self) -> bool {
-        let most = T::nearest(f64::from(LARGEST_COUNT));
+        let most = T::nearest(f64::from(self.largest_count));
         // NaN is not positive.
         self.largest_count >= 1 && self.step.iter().all(|&step| step > T::zero() && (step * most).is_finite())
     }
