@@ -68,6 +68,15 @@ fn compile_design() {
     }
     let compiled = compile.run_for_more();
     let design = &compiled.design;
+    let controller = &design.controller;
+    if env::var("CARGO_CFG_TARGET_OS").as_deref() == Ok("none") {
+        assert!(
+            controller.input_limits.is_some() || controller.is_unlimited,
+            "{}: controller.input_limits: missing, and a device would apply whatever is computed; give one pair [least, greatest] \
+             per input, or input_limits = \"none\" if that is meant",
+            path.display()
+        );
+    }
     let dimensions = format!(
         "/// Which plant the gains are for.\n\
          pub const DESIGN_ID: slqg::blob::DesignId = slqg::blob::DesignId({:#010x});\n\

@@ -40,6 +40,9 @@ pub enum NotShown {
         "it is shown only for instant acknowledgements and independent packets that are sent in every cycle"
     )]
     Network,
+    /// Inputs take time to get where they push back.
+    #[error("inputs that may change so much in a cycle only push the wrong way for a while")]
+    Rates,
     /// Measurements and inputs have a range.
     #[error("values that are counted have a range, beyond which the filter sees nothing")]
     Counted,
@@ -64,6 +67,9 @@ pub(crate) fn pushed_back(design: &Design, law: &Law) -> Result<(), NotShown> {
         && links.into_iter().all(|link| link.behaviour == Behaviour::Independent);
     if !is_plain {
         return Err(NotShown::Network);
+    }
+    if settings.input_rates.is_some() {
+        return Err(NotShown::Rates);
     }
     if design.wire.counts_values() {
         return Err(NotShown::Counted);

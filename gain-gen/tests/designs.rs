@@ -98,6 +98,9 @@ fn variants_of_a_plant_differ_only_in_name_network_and_sequence_length() {
             variant.name.clone_from(&base.name);
             variant.network = base.network.clone();
             variant.controller.sequence_length = base.controller.sequence_length;
+            // How long silences are follows from the network.
+            variant.safety.stale_after = base.safety.stale_after;
+            variant.safety.lost_after = base.safety.lost_after;
             assert_eq!(variant, base);
         }
     }

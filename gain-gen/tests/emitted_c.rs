@@ -155,10 +155,11 @@ fn row_major<T: Scalar>(matrix: &DMatrix<f64>) -> Vec<T> {
 fn settings<T: Scalar, const NU: usize>(report: &Report) -> Settings<T, NU> {
     let settings = &report.design.controller;
     let limits = settings.input_limits.as_ref().map(|pairs| Limits {
+        rate: None,
         min: SVector::from_fn(|input, _| T::nearest(pairs[input].0)),
         max: SVector::from_fn(|input, _| T::nearest(pairs[input].1)),
     });
-    Settings { default_input: settings.default_input, limits }
+    Settings { default_input: settings.default_input, limits, safe: None }
 }
 
 /// Compiles the law of `report` strictly, and again as a compiler likes it best, and runs it beside the core.

@@ -3,7 +3,7 @@
 use slqg::actuator::{Actuator, Settings, memory_len};
 use slqg::checked::{Finite, Probabilities};
 use slqg::controller::{Controller, Design, Sizes};
-use slqg::estimator::{Merging, Model};
+use slqg::estimator::{Merging, Model, Plausibility};
 use slqg::gains::{Gains, Tables};
 use slqg::nalgebra::{Matrix1, Matrix2, RowVector2, Vector2};
 use slqg::{DefaultInput, Tick, wire::Measurement};
@@ -32,7 +32,7 @@ fn main() {
         initial_mean: Vector2::zeros(),
         initial_covariance: Matrix2::identity(),
     };
-    let actuator = Settings { default_input: DefaultInput::Zero, limits: None };
+    let actuator = Settings { default_input: DefaultInput::Zero, limits: None, safe: None };
     let design = Design {
         gains: LAW,
         model: &model,
@@ -43,6 +43,7 @@ fn main() {
         trigger: None,
         arrives_at_once: 0.5,
         merging: Merging::Single,
+        plausibility: &Plausibility::NONE,
         grid: None,
     };
     let (mut memory, mut buffer) = (Memory::new(), [Default::default(); memory_len(3)]);

@@ -5,6 +5,7 @@
 
 use crate::{
     Scalar, Tick,
+    health::{Cause, Health},
     played::{Age, DefaultInput},
     sequence::ControlSequence,
     wire::{self, Acknowledgement, MOST_AGES},
@@ -21,6 +22,8 @@ pub struct Limits<T, const NU: usize> {
     pub min: SVector<T, NU>,
     /// Largest value of each input; not below `min`.
     pub max: SVector<T, NU>,
+    /// Most that each input changes from one cycle to the next, not negative; `None`: any.
+    pub rate: Option<SVector<T, NU>>,
 }
 
 impl<T: Scalar, const NU: usize> Limits<T, NU> {
@@ -38,6 +41,17 @@ pub struct Settings<T, const NU: usize> {
     pub default_input: DefaultInput,
     /// Saturation, if any.
     pub limits: Option<Limits<T, NU>>,
+    /// What is applied once the buffer has been empty for too long, if anything but the default input.
+    pub safe: Option<Safe<T, NU>>,
+}
+
+/// What brings the plant to where it does no harm, as far as an input can.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Safe<T, const NU: usize> {
+    /// Cycles in a row with an empty buffer before it is applied.
+    pub after: u16,
+    /// The input, in input units; within the limits, or else what they make of it.
+    pub input: SVector<T, NU>,
 }
 
 impl<T: Scalar, const NU: usize> Settings<T, NU> {
@@ -45,6 +59,18 @@ impl<T: Scalar, const NU: usize> Settings<T, NU> {
     /// knows what an acknowledged input really was.
     pub fn saturate(&self, input: &SVector<T, NU>) -> SVector<T, NU> {
         self.limits.as_ref().map_or(*input, |limits| limits.saturate(input))
+    }
+
+    /// The same after `before` in the cycle before: what becomes of `input`, where inputs may change so much in a cycle only.
+    pub fn leaves_after(&self, before: &SVector<T, NU>, input: &SVector<T, NU>) -> SVector<T, NU> {
+        let within = self.saturate(input);
+        let Some(rate) = self.rate() else { return within };
+        within.zip_zip_map(before, &rate, |value, before, rate| value.max(before - rate).min(before + rate))
+    }
+
+    /// Most that each input changes from one cycle to the next, if that is limited.
+    pub fn rate(&self) -> Option<SVector<T, NU>> {
+        self.limits.as_ref().and_then(|limits| limits.rate)
     }
 }
 
@@ -118,7 +144,7 @@ pub const fn memory_len(length: usize) -> usize {
 /// use slqg::{Age, DefaultInput, Tick};
 ///
 /// let mut memory = [Vector1::zeros(); memory_len(2)];
-/// let settings = Settings { default_input: DefaultInput::Zero, limits: None };
+/// let settings = Settings { default_input: DefaultInput::Zero, limits: None, safe: None };
 /// let mut actuator = Actuator::new(settings, Tick(0), &mut memory);
 /// let inputs = [Vector1::new(1.5_f32), Vector1::new(0.5)];
 /// actuator.offer(&ControlSequence { tick: Tick(0), inputs: &inputs }).expect("newer than any before");
@@ -139,12 +165,14 @@ pub struct Actuator<'m, T: Scalar, const NU: usize> {
     last_input: SVector<T, NU>,
     /// What was played in the last cycles.
     played: HistoryBuf<Age, MOST_AGES>,
+    /// Cycles in a row with an empty buffer.
+    idle: u16,
     rejected_frames: u32,
 }
 
 impl<'m, T: Scalar, const NU: usize> Actuator<'m, T, NU> {
     /// An actuator with an empty buffer whose next cycle is `tick`. Until something arrives it applies zero, or
-    /// what the limits make of it.
+    /// what the limits make of it; before its first cycle it has applied zero.
     ///
     /// It takes sequences of up to half as many inputs as `memory` holds, see [`memory_len`], and of 255 at most: an age must
     /// fit one byte.
@@ -160,6 +188,7 @@ impl<'m, T: Scalar, const NU: usize> Actuator<'m, T, NU> {
             coming,
             last_input: SVector::zeros(),
             played: HistoryBuf::new(),
+            idle: 0,
             rejected_frames: 0,
         }
     }
@@ -170,6 +199,7 @@ impl<'m, T: Scalar, const NU: usize> Actuator<'m, T, NU> {
         self.buffered = None;
         self.last_input = SVector::zeros();
         self.played = HistoryBuf::new();
+        self.idle = 0;
         self.rejected_frames = 0;
     }
 
@@ -247,15 +277,29 @@ impl<'m, T: Scalar, const NU: usize> Actuator<'m, T, NU> {
             {
                 self.buffered = None;
             }
-            match self.settings.default_input {
-                DefaultInput::Zero => (SVector::zeros(), Age::Empty),
-                DefaultInput::Hold => (self.last_input, Age::Empty),
-            }
+            let default = match self.settings.default_input {
+                DefaultInput::Zero => SVector::zeros(),
+                DefaultInput::Hold => self.last_input,
+            };
+            let safe = self.settings.safe.filter(|safe| self.idle >= safe.after);
+            (safe.map_or(default, |safe| safe.input), Age::Empty)
         });
-        self.last_input = self.settings.saturate(&input);
+        // What is no longer told apart is not counted.
+        let most = self.settings.safe.map_or(1, |safe| safe.after.saturating_add(1));
+        self.idle = if age == Age::Empty { self.idle.saturating_add(1).min(most) } else { 0 };
+        self.last_input = self.settings.leaves_after(&self.last_input, &input);
         self.played.write(age);
         self.tick += 1;
         Applied { tick, input: self.last_input, age }
+    }
+
+    /// How this end of the loop is, after the cycle that was played last: lost once it applies the safe input.
+    pub fn health(&self) -> Health {
+        match self.settings.safe {
+            Some(safe) if self.idle > safe.after => Health::Lost(Cause::RunOut),
+            _ if self.idle > 0 => Health::Degraded(Cause::RunOut),
+            _ => Health::Nominal,
+        }
     }
 
     /// What to acknowledge after [`Actuator::step`]: the age it played and those of the cycles before, `cycles` in all.

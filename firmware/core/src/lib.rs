@@ -23,6 +23,7 @@
 //! | [`event`] | whether a sequence is worth sending |
 //! | [`identity`] | which plant gains and frames belong to |
 //! | [`checked`] | numbers that were found finite, or probabilities |
+//! | [`health`] | how an end of the loop is |
 //! | [`played`] | ages, the default input, how likely each is, and what was applied |
 //! | [`sequence`], [`tick`], [`scalar`], [`number`] | a control sequence, the only clock there is, `f32` and `f64`, what gains may be computed in |
 //! | [`arrival`] | what a delay distribution says about packets under way |
@@ -48,6 +49,7 @@ pub mod controller;
 pub mod estimator;
 pub mod event;
 pub mod gains;
+pub mod health;
 pub mod identity;
 pub mod in_flight;
 pub mod number;
@@ -60,6 +62,7 @@ pub mod tracking;
 pub mod tuning;
 pub mod wire;
 
+pub use health::Health;
 pub use number::Number;
 pub use played::{Age, DefaultInput};
 pub use scalar::Scalar;

@@ -13,7 +13,7 @@ type Device = Actuator<'static, f32, 1>;
 type Sequence = ControlSequence<'static, f32, 1>;
 
 fn device(default_input: DefaultInput, tick: Tick) -> Device {
-    lent::actuator(Settings { default_input, limits: None }, tick, CAPACITY)
+    lent::actuator(Settings { default_input, limits: None, safe: None }, tick, CAPACITY)
 }
 
 fn sequence(tick: Tick, inputs: &[f32]) -> Sequence {
@@ -96,7 +96,7 @@ fn sequences_of_no_use_are_rejected_by_name() {
 #[test]
 fn a_sequence_longer_than_the_memory_lent_is_refused_and_one_as_long_is_not() {
     for (inputs, most) in [(0, 0), (1, 0), (2, 1), (7, 3), (8, 4), (1000, 255)] {
-        let settings = Settings { default_input: DefaultInput::Zero, limits: None };
+        let settings = Settings { default_input: DefaultInput::Zero, limits: None, safe: None };
         let mut device = Device::new(settings, Tick(0), lent::inputs(inputs));
         let (longest, longer) = (vec![1.0; most], vec![2.0; most + 1]);
         assert_eq!(device.offer(&sequence(Tick(0), &longer)), Err(RejectedSequence::TooLong));
@@ -152,9 +152,9 @@ fn an_actuator_that_is_restarted_is_a_new_one() {
 
 #[test]
 fn saturation_bounds_every_input_and_hold_holds_the_bounded_one() {
-    let limits = Some(Limits { min: SVector::from([0.5]), max: SVector::from([2.0]) });
+    let limits = Some(Limits { min: SVector::from([0.5]), max: SVector::from([2.0]), rate: None });
     for (default_input, after) in [(DefaultInput::Zero, 0.5), (DefaultInput::Hold, 2.0)] {
-        let mut device = lent::actuator(Settings { default_input, limits }, Tick(0), CAPACITY);
+        let mut device = lent::actuator(Settings { default_input, limits, safe: None }, Tick(0), CAPACITY);
         assert_eq!(play(&mut device, 1), [(0.5, Age::Empty)], "zero is out of bounds");
         assert_eq!(device.offer(&sequence(Tick(1), &[-9.0, 1.0, f32::MAX])), Ok(()));
         let played: Vec<f32> = play(&mut device, 5).iter().map(|(input, _)| *input).collect();
@@ -164,9 +164,9 @@ fn saturation_bounds_every_input_and_hold_holds_the_bounded_one() {
 
 #[test]
 fn limits_in_the_wrong_order_do_not_panic() {
-    let limits = Some(Limits { min: SVector::from([1.0]), max: SVector::from([-1.0]) });
+    let limits = Some(Limits { min: SVector::from([1.0]), max: SVector::from([-1.0]), rate: None });
     let mut device =
-        lent::actuator(Settings { default_input: DefaultInput::Hold, limits }, Tick(0), CAPACITY);
+        lent::actuator(Settings { default_input: DefaultInput::Hold, limits, safe: None }, Tick(0), CAPACITY);
     assert_eq!(play(&mut device, 2), [(-1.0, Age::Empty); 2]);
 }
 
@@ -174,7 +174,7 @@ fn limits_in_the_wrong_order_do_not_panic() {
 fn a_sequence_is_forgotten_long_before_its_tick_can_wrap() {
     // All state is in the debug form: equal forms behave alike for ever, so that what is forgotten after
     // some idle cycles cannot come back after 2^31 of them.
-    let settings = Settings { default_input: DefaultInput::Zero, limits: None };
+    let settings = Settings { default_input: DefaultInput::Zero, limits: None, safe: None };
     // What is lent holds the sequence's own inputs, so that only what is remembered of them makes a difference.
     let lent = || vec![SVector::from([1.0]); actuator::memory_len(CAPACITY)].leak();
     let mut used = Device::new(settings, Tick(0), lent());

@@ -11,7 +11,7 @@ mod double_integrator;
 mod lent;
 use double_integrator::{LENGTH, Workshop};
 
-const SETTINGS: Settings<f32, 1> = Settings { default_input: DefaultInput::Zero, limits: None };
+const SETTINGS: Settings<f32, 1> = Settings { default_input: DefaultInput::Zero, limits: None, safe: None };
 
 #[test]
 fn a_switched_law_runs_as_if_the_design_had_it() {

@@ -127,7 +127,11 @@ fn take_arrived(under_way: &mut Vec<(usize, Vec<u8>)>, cycle: usize) -> Vec<Vec<
 
 fn settings<T: Scalar>(default_input: DefaultInput, bound: Option<f64>) -> Settings<T, 1> {
     let bounds = |bound: f64| [-bound, bound].map(|value| SVector::from([T::nearest(value)]));
-    Settings { default_input, limits: bound.map(bounds).map(|[min, max]| Limits { min, max }) }
+    Settings {
+        default_input,
+        limits: bound.map(bounds).map(|[min, max]| Limits { min, max, rate: None }),
+        safe: None,
+    }
 }
 
 /// Every setting of a loop, with a seed.

@@ -10,7 +10,7 @@ use can_bus::{BusFrame, DESIGN, grid, identifiers};
 use dice::Dice;
 use slqg::actuator::{Applied, Settings};
 use slqg::controller::{Design, InvalidDesign};
-use slqg::estimator::{Merging, Model};
+use slqg::estimator::{Merging, Model, Plausibility};
 use slqg::gains::{Gains, Tables};
 use slqg::nalgebra::{SMatrix, SVector};
 use slqg::wire::can::{Compact, Grid, LARGEST_OF_FULL_FRAME, MOST_CYCLES};
@@ -61,7 +61,7 @@ fn inputs<T: Scalar>() -> Grid<T, 1> {
 /// frame as it went in, in how many the controller then knew the applied input to the bit, and the largest position.
 fn on_the_bus<T: Scalar>(in_design: Option<Grid<T, 1>>) -> (u32, u32, f64) {
     let model = model::<T>();
-    let settings = Settings { default_input: DefaultInput::Zero, limits: None };
+    let settings = Settings { default_input: DefaultInput::Zero, limits: None, safe: None };
     let tables = tables::<T>();
     let design = Design {
         gains: gains(&tables),
@@ -73,6 +73,7 @@ fn on_the_bus<T: Scalar>(in_design: Option<Grid<T, 1>>) -> (u32, u32, f64) {
         trigger: None,
         arrives_at_once: T::nearest(DELAYS[0]),
         merging: Merging::Single,
+        plausibility: &Plausibility::NONE,
         grid: in_design,
     };
     let compact =
@@ -146,13 +147,14 @@ fn a_grid_without_a_positive_step_is_refused() {
     let design = Design {
         gains: gains(&tables),
         model: &model,
-        actuator: Settings { default_input: DefaultInput::Zero, limits: None },
+        actuator: Settings { default_input: DefaultInput::Zero, limits: None, safe: None },
         measurement_buffer: 4,
         acknowledgement_buffer: 1,
         preview: None,
         trigger: None,
         arrives_at_once: 0.6,
         merging: Merging::Single,
+        plausibility: &Plausibility::NONE,
         grid: Some(inputs()),
     };
     assert_eq!(lent::controller(design, START).err(), None);

@@ -21,8 +21,8 @@ const CYCLES: usize = 60;
 const START: Tick = Tick(u32::MAX - 20);
 
 fn workshop(default_input: DefaultInput) -> Workshop<f32> {
-    let limits = Some(Limits { min: SVector::from([-0.8]), max: SVector::from([0.8]) });
-    Workshop::double_integrator(Settings { default_input, limits })
+    let limits = Some(Limits { min: SVector::from([-0.8]), max: SVector::from([0.8]), rate: None });
+    Workshop::double_integrator(Settings { default_input, limits, safe: None })
 }
 
 /// Calls `check` with every design there is.

@@ -19,7 +19,7 @@ use slqg::nalgebra::SVector;
 use slqg::wire::{self, Measurement};
 use slqg::{DefaultInput, Tick};
 
-const SETTINGS: Settings<f32, 1> = Settings { default_input: DefaultInput::Zero, limits: None };
+const SETTINGS: Settings<f32, 1> = Settings { default_input: DefaultInput::Zero, limits: None, safe: None };
 const LOOP_KEY: u8 = 10 * Association::Loop as u8;
 const SENSING_KEY: u8 = 10 * Association::Sensing as u8;
 

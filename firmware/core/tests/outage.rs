@@ -12,7 +12,7 @@ mod plain;
 use dice::Dice;
 use driven::{Driven, Link, MERGINGS, settings};
 use plain::Plain;
-use slqg::estimator::{Merging, Model};
+use slqg::estimator::{Merging, Model, Plausibility};
 use slqg::nalgebra::{SMatrix, SVector};
 use slqg::{Age, DefaultInput, Scalar, Tick};
 
@@ -59,7 +59,11 @@ impl<const NX: usize, const NY: usize> Case<NX, NY> {
     }
 
     fn driven<T: Scalar>(&self, merging: Merging) -> Filter<T, NX, NY> {
-        Link::new(self.model(), &[0.7], settings(DefaultInput::Zero, None)).driven(merging, 3, Tick(0))
+        let mut link = Link::new(self.model(), &[0.7], settings(DefaultInput::Zero, None));
+        // As designs have it that say nothing of it.
+        link.plausibility =
+            Plausibility { gate: Some(T::nearest(37.325)), doubt_after: 8, ..Plausibility::NONE };
+        link.driven(merging, 3, Tick(0))
     }
 
     fn measured(&self, state: &SVector<f64, NX>, dice: &mut Dice) -> SVector<f64, NY> {

@@ -30,7 +30,7 @@ const OTHER: Inputs = [
 ];
 
 fn workshop(default_input: DefaultInput) -> Workshop<f32> {
-    Workshop::double_integrator(Settings { default_input, limits: None })
+    Workshop::double_integrator(Settings { default_input, limits: None, safe: None })
 }
 
 /// Calls `check` with every design there is.

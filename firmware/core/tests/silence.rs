@@ -8,7 +8,7 @@ use dice::Dice;
 use slqg::actuator::{Actuator, Settings};
 use slqg::checked::{Finite, Probabilities};
 use slqg::controller::{Controller, Design};
-use slqg::estimator::{Merging, Model};
+use slqg::estimator::{Merging, Model, Plausibility};
 use slqg::gains::{Gains, Tables};
 use slqg::nalgebra::{SMatrix, SVector};
 use slqg::wire::{self, Measurement};
@@ -101,7 +101,7 @@ impl Loop<'_> {
 fn the_loop_recovers_from(back: Back) {
     for merging in [Merging::Single, Merging::Imm, Merging::Gpb2] {
         let model = model();
-        let actuator = Settings { default_input: DefaultInput::Zero, limits: None };
+        let actuator = Settings { default_input: DefaultInput::Zero, limits: None, safe: None };
         let design = Design {
             gains: GAINS,
             model: &model,
@@ -112,6 +112,7 @@ fn the_loop_recovers_from(back: Back) {
             trigger: None,
             arrives_at_once: DELAYS[0] as f32,
             merging,
+            plausibility: &Plausibility::NONE,
             grid: None,
         };
         let mut run = Loop {

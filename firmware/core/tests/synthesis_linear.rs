@@ -132,7 +132,7 @@ impl Solved<'_> {
         let a = SMatrix::<f64, NX, NX>::from_row_slice(&case.a);
         let b = SMatrix::<f64, NX, NU>::from_row_slice(&case.b);
         let (q, r) = self.task.weights();
-        let settings = Settings { default_input: case.dimensions.default_input, limits: None };
+        let settings = Settings { default_input: case.dimensions.default_input, limits: None, safe: None };
         let one_way = |(probability, delays): (f64, Vec<Option<usize>>)| {
             let mut actuator = lent::actuator(settings, Tick(0), LONGEST);
             let mut in_flight = lent::in_flight(case.dimensions.length, LONGEST, Tick(0));

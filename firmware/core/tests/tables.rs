@@ -106,8 +106,11 @@ fn fitting(default_input: DefaultInput, numbers: &[f32]) -> Trigger<'_, f32, 2, 
 #[test]
 fn a_trigger_for_another_law_is_refused_at_the_start_and_later() {
     let numbers = [0.0; 100];
-    let workshop =
-        Workshop::<f32>::double_integrator(Settings { default_input: DefaultInput::Zero, limits: None });
+    let workshop = Workshop::<f32>::double_integrator(Settings {
+        default_input: DefaultInput::Zero,
+        limits: None,
+        safe: None,
+    });
     let trigger = fitting(DefaultInput::Zero, &numbers);
     let mut controller = lent::controller(Design { trigger: Some(trigger), ..workshop.design() }, Tick(0))
         .expect("a fitting design");
@@ -124,8 +127,11 @@ fn a_trigger_for_another_law_is_refused_at_the_start_and_later() {
 #[test]
 fn a_trigger_beside_a_preview_that_tells_nothing_of_what_is_in_flight_is_refused() {
     let numbers = [0.0; 100];
-    let workshop =
-        Workshop::<f32>::double_integrator(Settings { default_input: DefaultInput::Zero, limits: None });
+    let workshop = Workshop::<f32>::double_integrator(Settings {
+        default_input: DefaultInput::Zero,
+        limits: None,
+        safe: None,
+    });
     let trigger = Some(fitting(DefaultInput::Zero, &numbers));
     let preview = |displaced| {
         let tables = tracking::Tables::check(&numbers[..LENGTH], displaced).expect("finite");

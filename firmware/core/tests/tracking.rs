@@ -33,7 +33,7 @@ struct Bench {
 
 impl Bench {
     fn new(default_input: DefaultInput) -> Self {
-        let workshop = Workshop::double_integrator(Settings { default_input, limits: None });
+        let workshop = Workshop::double_integrator(Settings { default_input, limits: None, safe: None });
         let count = default_input.in_flight(LENGTH);
         let (mut sequence, mut displaced) = (vec![0.0; LENGTH * SAMPLES * 2], vec![0.0; count * SAMPLES * 2]);
         at_fixed_point(default_input, |synthesis, _| {

@@ -16,7 +16,7 @@ use slqg::tuning::{
 use slqg::wire::{Acknowledgement, encode_acknowledgement};
 use slqg::{Age, DefaultInput, Scalar, Tick, arrival};
 
-const SETTINGS: Settings<f32, 1> = Settings { default_input: DefaultInput::Zero, limits: None };
+const SETTINGS: Settings<f32, 1> = Settings { default_input: DefaultInput::Zero, limits: None, safe: None };
 
 fn survival<T: Scalar>(delays: &[f64]) -> [T; LENGTH] {
     let mut left = [0.0; LENGTH];

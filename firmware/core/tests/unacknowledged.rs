@@ -96,8 +96,8 @@ impl<'a, T: Scalar> Loop<'a, T> {
 fn what_is_sent_is_the_law(rounds_age: bool) {
     let bound = SVector::from([0.8]);
     for default_input in BOTH {
-        for limits in [None, Some(Limits { min: -bound, max: bound })] {
-            let workshop = Workshop::<f64>::double_integrator(Settings { default_input, limits });
+        for limits in [None, Some(Limits { min: -bound, max: bound, rate: None })] {
+            let workshop = Workshop::<f64>::double_integrator(Settings { default_input, limits, safe: None });
             for merging in MERGINGS {
                 let design = Design { merging, ..workshop.design() };
                 let mut run = Loop::new(design, (0.2, 1), 1);
@@ -196,7 +196,7 @@ fn what_is_worth_a_packet_is_decided_and_sent_without_acknowledgements_too() {
 
 #[test]
 fn after_an_acknowledgement_of_eight_cycles_every_input_in_memory_is_known_to_the_bit() {
-    let settings = Settings { default_input: DefaultInput::Zero, limits: None };
+    let settings = Settings { default_input: DefaultInput::Zero, limits: None, safe: None };
     let workshop = Workshop::<f32>::double_integrator(settings);
     for merging in MERGINGS {
         let design = Design { merging, ..workshop.design() };

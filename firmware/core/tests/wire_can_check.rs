@@ -189,7 +189,7 @@ fn one_or_two_wrong_bits_and_every_burst_of_eight_are_refused() {
 #[test]
 fn random_bytes_are_applied_once_in_millions() {
     const FRAMES: u32 = 1 << 23;
-    let settings = Settings { default_input: DefaultInput::Zero, limits: None };
+    let settings = Settings { default_input: DefaultInput::Zero, limits: None, safe: None };
     let mut dice = Dice(7);
     let (mut unpacked, mut applied) = (0_u32, 0);
     let mut actuator = lent::actuator::<f32, 1>(settings, NOW, 3);

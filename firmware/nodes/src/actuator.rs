@@ -30,8 +30,8 @@ pub const PATIENCE: u32 = {
 
 /// The actuator end of the loop, with a host and a clock.
 ///
-/// What it applies when packets fail to come is the design's default input. The safe input, zero within the limits, is for
-/// when the node itself does not know what to do: before the first clock frame, and when the clock that it was told to
+/// What it applies when packets fail to come is the design's default input, and after a while its safe input, if it has one. That, or
+/// else zero within the limits, is also for when the node itself does not know what to do: before the first clock frame, and when the clock that it was told to
 /// wait for has stopped.
 pub struct Node<'m> {
     actuator: design::Actuator<'m>,
@@ -105,7 +105,8 @@ impl board::Node for Node<'_> {
 impl Node<'_> {
     fn safe_input(&self) -> Applied<Scalar, INPUTS> {
         let tick = self.count.next().unwrap_or_default();
-        Applied { tick, input: ACTUATOR.saturate(&SVector::zeros()), age: Age::Empty }
+        let input = ACTUATOR.safe.map_or_else(SVector::zeros, |safe| safe.input);
+        Applied { tick, input: ACTUATOR.saturate(&input), age: Age::Empty }
     }
 
     fn begin(&mut self, begin: Begin, board: &mut impl Board) {
@@ -134,6 +135,7 @@ impl Node<'_> {
         }
         let applied = self.actuator.step();
         self.health.ran();
+        self.health.is(self.actuator.health(), board);
         let told = self.actuator.acknowledgement(ACKNOWLEDGED_CYCLES);
         // The plant first: it waits.
         board.apply(&applied);

@@ -2,7 +2,7 @@
 
 use crate::design::{INPUTS, Scalar};
 use slqg::{
-    Tick,
+    Health, Tick,
     actuator::Applied,
     wire::{TuningStep, Verdict},
 };
@@ -60,8 +60,8 @@ pub enum Notice {
     ClockRefused(Tick),
     /// No clock for too long, or none yet: the plant gets the safe input.
     Safe,
-    /// The sensor was silent for so long that the controller's estimate had become of no use, and began anew.
-    EstimateAnew(Tick),
+    /// The end of the loop on this node is in another health than before.
+    Health(Health),
     /// A blob of gains has come to an end.
     Gains(Verdict),
     /// A controller that tunes itself has done something about its gains.

@@ -149,7 +149,6 @@ impl<'m, L: Laws> Node<'m, L> {
             // Without samples the last feedforward stays in force.
             let _ = controller.follow(self.reference.from(tick + 1));
         }
-        let begun_anew = controller.counts().begun_anew;
         // A frame that could not be written is one that is lost.
         self.laws.observe(controller);
         let sequence = match self.laws.law() {
@@ -163,9 +162,7 @@ impl<'m, L: Laws> Node<'m, L> {
         let duration = self.taking.wrapping_add(board.elapsed(begin));
         self.taking = 0;
         self.health.ran();
-        if controller.counts().begun_anew != begun_anew {
-            board.note(Notice::EstimateAnew(tick));
-        }
+        self.health.is(controller.health(), board);
         // The frame is on its way: what is done now delays nothing but what comes before the next cycle.
         if let Some(tuned) = self.laws.work() {
             board.note(Notice::Tuned(tuned.step));

@@ -15,9 +15,18 @@ pub(crate) struct Health {
     cycles: u32,
     realigned: u32,
     rejected: u32,
+    /// Of the end of the loop on this node.
+    end: slqg::Health,
 }
 
 impl Health {
+    /// The end of the loop on this node is in this health.
+    pub(crate) fn is(&mut self, end: slqg::Health, board: &mut impl Board) {
+        if core::mem::replace(&mut self.end, end) != end {
+            board.note(Notice::Health(end));
+        }
+    }
+
     /// A cycle has been run.
     pub(crate) fn ran(&mut self) {
         self.cycles = self.cycles.saturating_add(1);
@@ -53,7 +62,7 @@ impl Health {
     /// Tells the host how the node is. `buffer` holds [`wire::LONGEST_SERVICE`] bytes.
     pub(crate) fn tell(&self, role: Role, count: &Count, buffer: &mut [u8], board: &mut impl Board) {
         let Usage { overruns, stack, variables } = board.usage();
-        let Self { cycles, realigned, rejected } = *self;
+        let Self { cycles, realigned, rejected, .. } = *self;
         let status = Status { role, cycles, realigned, rejected, overruns, stack, variables };
         let tick = count.next().unwrap_or_default();
         if let Ok(frame) = wire::encode_service::<Scalar, _>(tick, &status, buffer) {

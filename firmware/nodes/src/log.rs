@@ -63,9 +63,7 @@ pub(crate) fn note(notice: Notice) {
         Notice::Aligned(tick) => defmt::info!("first cycle {=u32}", tick.0),
         Notice::Realigned(tick) => defmt::warn!("begins anew with cycle {=u32}", tick.0),
         Notice::ClockRefused(tick) => defmt::warn!("the clock jumps to cycle {=u32}: not taken", tick.0),
-        Notice::EstimateAnew(tick) => {
-            defmt::warn!("no measurement for too long: the estimate begins anew in cycle {=u32}", tick.0)
-        }
+        Notice::Health(health) => defmt::warn!("{}", health),
         Notice::Safe => defmt::warn!("no cycle for too long: safe input"),
         Notice::Gains(verdict) => defmt::info!("gains: verdict {=u8}", verdict as u8),
         Notice::Tuned(TuningStep::Started) => defmt::info!("the link has changed: solving"),

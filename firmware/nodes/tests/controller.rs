@@ -1,6 +1,7 @@
 //! The controller node does in each cycle what its clock, its host and its link tell it.
 
 use slqg::blob::{DesignId, Shape, encode, encoded_len};
+use slqg::health::{Cause, Health};
 use slqg::nalgebra::SVector;
 use slqg::wire::{self, GainsAnswer, GainsPart, Kind, Measurement, Status, Verdict};
 use slqg::{Tick, gains::Tables};
@@ -70,15 +71,23 @@ fn a_clock_that_jumps_is_told_of_and_taken_when_three_frames_in_a_row_say_so() {
 }
 
 #[test]
-fn a_node_that_hears_no_sensor_says_that_its_estimate_begins_anew_and_goes_on() {
+fn a_node_that_hears_no_sensor_says_so_and_falls_silent_when_its_loop_is_lost() {
     let (mut node, mut desk) = (node(), Desk::default());
     for tick in 5..500 {
         desk.clock(&mut node, tick, STEPPED);
-        assert_eq!(desk.kinds(), [Kind::Control, Kind::Ran], "cycle {tick}");
+        let is_lost = matches!(desk.notices.last(), Some(Notice::Health(health)) if health.is_lost());
+        let kinds = desk.kinds();
+        assert_eq!(kinds.contains(&Kind::Control), !is_lost, "cycle {tick}");
+        assert_eq!(kinds.last(), Some(&Kind::Ran), "cycle {tick}");
     }
-    let anew = desk.notices.iter().filter(|notice| matches!(notice, Notice::EstimateAnew(_))).count();
-    assert!((2..20).contains(&anew), "{:?}", desk.notices);
-    assert_eq!(desk.notices.len(), anew + 1, "{:?}", desk.notices);
+    let told: Vec<_> = desk
+        .notices
+        .iter()
+        .filter_map(|notice| if let Notice::Health(health) = notice { Some(*health) } else { None })
+        .collect();
+    assert_eq!(told.first(), Some(&Health::Degraded(Cause::NotMeasured)));
+    assert_eq!(told.last(), Some(&Health::Lost(Cause::NotMeasured)));
+    assert!(told.len() < 8, "{told:?}");
 }
 
 #[test]

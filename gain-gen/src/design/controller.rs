@@ -33,6 +33,10 @@ pub struct ControllerSettings {
     /// (least, greatest) value the actuator can apply, one pair per input, in the input's unit; 0 lies within.
     /// `None`: unlimited.
     pub input_limits: Option<Vec<(f64, f64)>>,
+    /// Whether the design says that there are none, and does not merely leave them out: for devices that is asked for.
+    pub is_unlimited: bool,
+    /// Most that the actuator changes each input in a second, in the input's unit. `None`: any.
+    pub input_rates: Option<Vec<f64>>,
 }
 
 /// Floating point type on the device.
@@ -55,6 +59,11 @@ impl DeviceScalar {
 }
 
 impl ControllerSettings {
+    /// Most that each input changes from one cycle of `sample_time` seconds to the next, if that is limited.
+    pub fn rates_per_cycle(&self, sample_time: f64) -> Option<Vec<f64>> {
+        Some(self.input_rates.as_ref()?.iter().map(|rate| rate * sample_time).collect())
+    }
+
     /// `inputs`: nu of the plant. `latest_measurement`: largest delay of a measurement in steps; it sets the buffer if none is given.
     ///
     /// Also returns the tolerance with which the sequence length is to be chosen, if it is "auto"; until then it is 1.
@@ -71,6 +80,7 @@ impl ControllerSettings {
             "estimator",
             "scalar",
             "input_limits",
+            "input_rates",
         ])?;
         let (sequence_length, tolerance) = length_of(&controller)?;
         let default_input = match controller.optional("default_input", "\"zero\" or \"hold\"") {
@@ -95,11 +105,13 @@ impl ControllerSettings {
             None => DeviceScalar::F32,
             Some(field) => field.choice(&[("f32", DeviceScalar::F32), ("f64", DeviceScalar::F64)])?,
         };
-        let limits = "one pair [least, greatest] per input: [[-1, 1], ..]";
-        let input_limits = match controller.optional("input_limits", limits) {
-            None => None,
-            Some(field) => Some(limits_of(&field, inputs)?),
+        let limits = "one pair [least, greatest] per input: [[-1, 1], ..], or \"none\"";
+        let (input_limits, is_unlimited) = match controller.optional("input_limits", limits) {
+            None => (None, false),
+            Some(field) if field.is_text() => (None, field.choice(&[("none", true)])?),
+            Some(field) => (Some(limits_of(&field, inputs)?), false),
         };
+        let input_rates = rates_of(&controller, inputs, input_limits.is_some(), estimator)?;
         let settings = ControllerSettings {
             sequence_length,
             length_choice: None,
@@ -109,6 +121,8 @@ impl ControllerSettings {
             estimator,
             scalar,
             input_limits,
+            is_unlimited,
+            input_rates,
         };
         Ok((settings, tolerance))
     }
@@ -133,6 +147,37 @@ fn length_of(controller: &Section<'_>) -> Result<(usize, Option<f64>), DesignErr
         return Err(field.reject(format!("found the number {tolerance}")));
     }
     Ok((1, Some(tolerance)))
+}
+
+/// Rates, which go with limits and with one estimate for all ages only.
+fn rates_of(
+    controller: &Section<'_>,
+    inputs: usize,
+    has_limits: bool,
+    estimator: Merging,
+) -> Result<Option<Vec<f64>>, DesignError> {
+    let rates = "one number above 0 per input, in its unit per second: [10, ..]";
+    let Some(field) = controller.optional("input_rates", rates) else { return Ok(None) };
+    let values = field.numbers()?;
+    if values.len() != inputs {
+        let found = format!(
+            "found {}, but the plant has {}",
+            counted(values.len(), "number"),
+            counted(inputs, "input")
+        );
+        return Err(field.reject(found));
+    }
+    if let Some(rate) = values.iter().find(|rate| **rate <= 0.0) {
+        return Err(field.reject(format!("found the number {rate}")));
+    }
+    if !has_limits {
+        return Err(field.reject_with("found without input_limits".into(), "give both, or neither".into()));
+    }
+    if estimator != Merging::Single {
+        let found = format!("found with estimator = \"{}\"", estimator.name());
+        return Err(field.reject_with(found, "give it with estimator = \"single\" only".into()));
+    }
+    Ok(Some(values))
 }
 
 fn limits_of(field: &Field<'_>, inputs: usize) -> Result<Vec<(f64, f64)>, DesignError> {

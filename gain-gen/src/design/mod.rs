@@ -5,7 +5,7 @@
 //! a result of the synthesis, not a property of the file.
 //!
 //! One file per table (`plant`, `cost`, `network` with its `link` and its bus (`can`, `bus`), `controller`, `tracking` with
-//! its `reference` and `set_point`, `event`, `wire`), the ideas they share beside them: places in the file (`document`,
+//! its `reference` and `set_point`, `event`, `wire`, `safety`), the ideas they share beside them: places in the file (`document`,
 //! `syntax`; `places` for what is found out later), definiteness (`symmetric`),
 //! unstable modes (`modes`), states that a constant input holds (`equilibrium`).
 
@@ -25,6 +25,7 @@ mod network;
 mod places;
 mod plant;
 mod reference;
+mod safety;
 mod set_point;
 mod symmetric;
 mod syntax;
@@ -40,6 +41,7 @@ pub use network::{Acknowledgement, Network};
 pub use places::Places;
 pub use plant::{MOST_INPUTS, MOST_STATES, Plant};
 pub use reference::{Interpolation, Reference};
+pub use safety::Safety;
 pub use set_point::SetPoint;
 pub use slqg_links::{
     delay::{DelayDistribution, DistributionError},
@@ -73,6 +75,8 @@ pub struct Design {
     pub event: Option<Event>,
     /// What carries the frames.
     pub wire: WireSettings,
+    /// What both ends do where measurements or packets fail.
+    pub safety: Safety,
     /// Where its keys are written.
     pub places: Places,
 }
@@ -105,7 +109,7 @@ impl Design {
     pub fn parse(text: &str, origin: &str) -> Result<Self, DesignError> {
         let document = Document { origin, text };
         let table = DeTable::parse(text).map_err(|error| syntax::rejected(document, &error))?;
-        let keys = ["name", "plant", "cost", "network", "controller", "tracking", "event", "wire"];
+        let keys = ["name", "plant", "cost", "network", "controller", "tracking", "event", "wire", "safety"];
         let root = Section::root(document, table.get_ref(), &keys)?;
         let name = root.required("name", "a name, such as \"pendulum\"")?;
         if name.text()?.trim().is_empty() {
@@ -123,7 +127,10 @@ impl Design {
         let wire = WireSettings::read(&root, &plant, &controller, &mut network)?;
         let name = name.text()?.into();
         let places = Places::of(document, table.get_ref());
-        let mut design = Design { name, plant, cost, network, controller, tracking, event, wire, places };
+        let around = (&network, &controller, event.is_some());
+        let safety = Safety::read(&root, &plant, around)?;
+        let mut design =
+            Design { name, plant, cost, network, controller, tracking, event, wire, safety, places };
         bus::check(&root, &design)?;
         let mut arrives = design.run_on_bus();
         if let Some(tolerance) = tolerance {
@@ -131,6 +138,9 @@ impl Design {
             arrives &= design.run_on_bus();
         }
         WireSettings::check(&root, &design)?;
+        // The links over a bus are known by now.
+        let around = (&design.network, &design.controller, design.event.is_some());
+        design.safety = Safety::read(&root, &design.plant, around)?;
         if !arrives {
             return Err(bus::nothing_arrives(&root));
         }

@@ -129,7 +129,21 @@ pub static MODEL: slqg::estimator::Model<Scalar, STATES, INPUTS, OUTPUTS> =
         ])),
     };
 
-/// How the actuator behaves: the default input and, in input units, its limits.
+/// What is believed of the measurements, and how many cycles without one are too many.
+#[rustfmt::skip]
+#[allow(clippy::approx_constant)]
+pub static PLAUSIBILITY: slqg::estimator::Plausibility<Scalar, OUTPUTS> = slqg::estimator::Plausibility {
+    gate: Some(37.324893051362345),
+    doubt_after: 8,
+    range: None,
+    stuck_after: [10, 10],
+    rejects_stuck: false,
+    stale_after: 6,
+    lost_after: 100,
+};
+
+/// How the actuator behaves: the default input and, in input units, its limits and what it applies once packets have failed to
+/// come for too long.
 #[rustfmt::skip]
 #[allow(clippy::approx_constant)]
 pub const ACTUATOR: slqg::actuator::Settings<Scalar, INPUTS> = slqg::actuator::Settings {
@@ -140,6 +154,13 @@ pub const ACTUATOR: slqg::actuator::Settings<Scalar, INPUTS> = slqg::actuator::S
         ])),
         max: slqg::nalgebra::SMatrix::from_array_storage(slqg::nalgebra::ArrayStorage([
             [2.5, 1.0],
+        ])),
+        rate: None,
+    }),
+    safe: Some(slqg::actuator::Safe {
+        after: 100,
+        input: slqg::nalgebra::SMatrix::from_array_storage(slqg::nalgebra::ArrayStorage([
+            [0.0, 0.0],
         ])),
     }),
 };
@@ -158,6 +179,7 @@ pub static DESIGN: slqg::controller::Design<'static, Scalar, STATES, INPUTS, OUT
         trigger: None,
         arrives_at_once: 0.5,
         merging: slqg::estimator::Merging::Single,
+        plausibility: &PLAUSIBILITY,
         grid: None,
     };
 

@@ -141,7 +141,21 @@ pub const OUTPUT_GRID: slqg::wire::can::Grid<Scalar, OUTPUTS> = slqg::wire::can:
     largest_count: 32767,
 };
 
-/// How the actuator behaves: the default input and, in input units, its limits.
+/// What is believed of the measurements, and how many cycles without one are too many.
+#[rustfmt::skip]
+#[allow(clippy::approx_constant)]
+pub static PLAUSIBILITY: slqg::estimator::Plausibility<Scalar, OUTPUTS> = slqg::estimator::Plausibility {
+    gate: Some(37.324894),
+    doubt_after: 8,
+    range: None,
+    stuck_after: [10, 10],
+    rejects_stuck: false,
+    stale_after: 6,
+    lost_after: 200,
+};
+
+/// How the actuator behaves: the default input and, in input units, its limits and what it applies once packets have failed to
+/// come for too long.
 #[rustfmt::skip]
 #[allow(clippy::approx_constant)]
 pub const ACTUATOR: slqg::actuator::Settings<Scalar, INPUTS> = slqg::actuator::Settings {
@@ -152,6 +166,13 @@ pub const ACTUATOR: slqg::actuator::Settings<Scalar, INPUTS> = slqg::actuator::S
         ])),
         max: slqg::nalgebra::SMatrix::from_array_storage(slqg::nalgebra::ArrayStorage([
             [20.0],
+        ])),
+        rate: None,
+    }),
+    safe: Some(slqg::actuator::Safe {
+        after: 200,
+        input: slqg::nalgebra::SMatrix::from_array_storage(slqg::nalgebra::ArrayStorage([
+            [0.0],
         ])),
     }),
 };
@@ -170,6 +191,7 @@ pub static DESIGN: slqg::controller::Design<'static, Scalar, STATES, INPUTS, OUT
         trigger: None,
         arrives_at_once: 0.7,
         merging: slqg::estimator::Merging::Single,
+        plausibility: &PLAUSIBILITY,
         grid: Some(INPUT_GRID),
     };
 

@@ -120,12 +120,27 @@ pub static MODEL: slqg::estimator::Model<Scalar, STATES, INPUTS, OUTPUTS> =
         ])),
     };
 
-/// How the actuator behaves: the default input and, in input units, its limits.
+/// What is believed of the measurements, and how many cycles without one are too many.
+#[rustfmt::skip]
+#[allow(clippy::approx_constant)]
+pub static PLAUSIBILITY: slqg::estimator::Plausibility<Scalar, OUTPUTS> = slqg::estimator::Plausibility {
+    gate: Some(37.324894),
+    doubt_after: 8,
+    range: None,
+    stuck_after: [10, 10],
+    rejects_stuck: false,
+    stale_after: 11,
+    lost_after: 110,
+};
+
+/// How the actuator behaves: the default input and, in input units, its limits and what it applies once packets have failed to
+/// come for too long.
 #[rustfmt::skip]
 #[allow(clippy::approx_constant)]
 pub const ACTUATOR: slqg::actuator::Settings<Scalar, INPUTS> = slqg::actuator::Settings {
     default_input: slqg::DefaultInput::Zero,
     limits: None,
+    safe: None,
 };
 
 /// All that the controller is told.
@@ -142,6 +157,7 @@ pub static DESIGN: slqg::controller::Design<'static, Scalar, STATES, INPUTS, OUT
         trigger: None,
         arrives_at_once: 0.7,
         merging: slqg::estimator::Merging::Single,
+        plausibility: &PLAUSIBILITY,
         grid: None,
     };
 

@@ -8,8 +8,8 @@ use gain_gen::{
 use nalgebra::{DMatrix, SMatrix, SVector};
 use slqg::{
     DefaultInput, Scalar,
-    actuator::{Limits, Settings},
-    estimator::Model,
+    actuator::{Limits, Safe, Settings},
+    estimator::{Model, Plausibility},
     wire::can::Grid,
 };
 
@@ -21,18 +21,14 @@ pub(super) fn model<T: Scalar, const NX: usize, const NU: usize, const NY: usize
     design: &Design,
 ) -> Model<T, NX, NU, NY> {
     let plant = &design.plant;
-    let mut measurement_noise = cast(&padded::<NY, NY>(&plant.measurement_noise));
-    for output in plant.outputs()..NY {
-        // A padded output has noise of its own, so that its innovation can be divided by.
-        measurement_noise[(output, output)] = T::one();
-    }
     let mean = DMatrix::from_column_slice(plant.states(), 1, plant.initial_mean.as_slice());
     Model {
         a: cast(&padded(&plant.a)),
         b: cast(&padded(&plant.b)),
         c: cast(&padded(&plant.c)),
         process_noise: cast(&padded(&plant.process_noise)),
-        measurement_noise,
+        // A padded output has none: it is certain, and tells nothing.
+        measurement_noise: cast(&padded(&plant.measurement_noise)),
         initial_mean: cast(&padded(&mean)),
         initial_covariance: cast(&padded(&plant.initial_covariance)),
     }
@@ -50,12 +46,39 @@ pub(super) fn actuator<T: Scalar, const NU: usize>(
     design: &Design,
     default_input: DefaultInput,
 ) -> Settings<T, NU> {
+    let rates = design.controller.rates_per_cycle(design.plant.sample_time);
+    let rate =
+        rates.map(|rates| SVector::from_fn(|i, _| rates.get(i).map_or(T::zero(), |&rate| T::nearest(rate))));
     Settings {
         default_input,
         limits: design.controller.input_limits.as_ref().map(|limits| Limits {
             min: SVector::from_fn(|i, _| limits.get(i).map_or(T::zero(), |&(min, _)| T::nearest(min))),
             max: SVector::from_fn(|i, _| limits.get(i).map_or(T::zero(), |&(_, max)| T::nearest(max))),
+            rate,
         }),
+        safe: design.safety.safe.as_ref().map(|(after, input)| Safe {
+            after: *after,
+            input: SVector::from_fn(|i, _| input.get(i).map_or(T::zero(), |&value| T::nearest(value))),
+        }),
+    }
+}
+
+/// What is believed of the measurements; of a padded output nothing is to be said.
+pub(super) fn plausibility<T: Scalar, const NY: usize>(design: &Design) -> Plausibility<T, NY> {
+    let safety = &design.safety;
+    let anything = [-T::nearest(f64::INFINITY), T::nearest(f64::INFINITY)];
+    Plausibility {
+        gate: safety.threshold().map(T::nearest),
+        doubt_after: safety.doubt_after,
+        range: safety.range.as_ref().map(|range| {
+            core::array::from_fn(|output| {
+                range.get(output).map_or(anything, |&(least, most)| [T::nearest(least), T::nearest(most)])
+            })
+        }),
+        stuck_after: core::array::from_fn(|output| safety.stuck_after.get(output).copied().unwrap_or(0)),
+        rejects_stuck: safety.rejects_stuck,
+        stale_after: safety.stale_after,
+        lost_after: safety.lost_after,
     }
 }
 

@@ -15,7 +15,7 @@ use crate::{
     recovery::Recovery,
     size_class::MEMORY,
 };
-use ends::{actuator, grid, joining, model};
+use ends::{actuator, grid, joining, model, plausibility};
 use following::{LaterLaw, TuningTables};
 use gain_gen::{design::Design, emit::design_id};
 use nalgebra::{DVector, SVector};
@@ -24,7 +24,7 @@ use slqg::{
     actuator::Settings,
     blob::DesignId,
     controller::{self, Controller},
-    estimator::{Merging, Model},
+    estimator::{Merging, Model, Plausibility},
     event::{self, InvalidTrigger, Trigger},
     gains::{Gains, InvalidGains, Tables},
     tracking::{self, Feedforward, InvalidPreview, Preview},
@@ -101,6 +101,7 @@ pub struct Fitted<T: Scalar, const NX: usize, const NU: usize, const NY: usize> 
     acknowledgement_buffer: usize,
     arrives_at_once: T,
     merging: Merging,
+    plausibility: Plausibility<T, NY>,
     /// Whose frames are on the bus.
     design: DesignId,
     /// What inputs are rounded to.
@@ -165,6 +166,7 @@ impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize> Fitted<T, NX,
             acknowledgement_buffer: contender.acknowledgement_buffer.min(MEMORY - 1),
             arrives_at_once: T::nearest(contender.arrives_at_once),
             merging: contender.merging,
+            plausibility: plausibility(design),
             design: design_id(design),
             grid: grid(design, contender.kind, |steps| &steps.inputs),
             output_grid: grid(design, contender.kind, |steps| &steps.outputs),
@@ -242,6 +244,7 @@ impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize> Fitted<T, NX,
             trigger: trigger.transpose()?,
             arrives_at_once: self.arrives_at_once,
             merging: self.merging,
+            plausibility: &self.plausibility,
             grid: self.grid,
         };
         self.check_following(&design)?;

@@ -89,7 +89,7 @@ impl<'m, const NX: usize, const NU: usize, const NY: usize> Apart<'m, NX, NU, NY
             watch.time(Step::DecodeAcknowledgement, decode).ok()
         });
 
-        let Design { model, actuator, merging, preview, trigger, .. } = self.design;
+        let Design { model, actuator, merging, plausibility, preview, trigger, .. } = self.design;
         let Law { gains, arrives_at_once } = &self.law;
         let in_flight = &self.in_flight;
         let around = Surroundings {
@@ -99,6 +99,7 @@ impl<'m, const NX: usize, const NU: usize, const NY: usize> Apart<'m, NX, NU, NY
             gains,
             arrives_at_once: *arrives_at_once,
             merging: *merging,
+            plausibility,
         };
         watch.time(self.estimator, || {
             let (filter, around) = (black_box(&mut self.filter), black_box(&around));
@@ -114,7 +115,7 @@ impl<'m, const NX: usize, const NU: usize, const NY: usize> Apart<'m, NX, NU, NY
             filter.filter(around);
         });
         let modes = self.filter.modes()?;
-        let input = |age| around.input(tick - 1, age, &modes.held).unwrap_or_else(SVector::zeros);
+        let input = |age| around.applied(tick - 1, age, &modes).unwrap_or_else(SVector::zeros);
         let played = match modes.known() {
             Some(age) => Played::Known(age, input(age)),
             None => {

@@ -10,7 +10,7 @@ impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize> Controller<'_
     /// Runs one cycle: estimates the state, decides the sequence, and writes it as a frame into `buffer`.
     ///
     /// Returns the frame to send, [`wire::control_len`] bytes; `None` if nothing is to be sent: the sequence is not worth a
-    /// packet, or no finite one came out, which costs the loop no more than a lost packet. Either is counted. The
+    /// packet, or no finite one came out, which costs the loop no more than a lost packet, or the loop is lost. Each is counted. The
     /// actuator needs no word of it: it plays on and acknowledges what it plays. Thesis (3.30), THEORY 3, 7.
     ///
     /// # Errors
@@ -39,8 +39,12 @@ impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize> Controller<'_
         buffer: &'b mut [u8],
     ) -> Result<Option<&'b [u8]>, EncodeError> {
         self.open(law);
-        let frame = if !self.in_flight.proposed().is_finite() {
+        self.last.not_finite = !self.in_flight.proposed().is_finite();
+        let frame = if self.last.not_finite {
             count(&mut self.counts.not_finite);
+            Ok(None)
+        } else if self.is_lost() {
+            count(&mut self.counts.withheld);
             Ok(None)
         } else if !self.is_worth_sending(law) {
             count(&mut self.counts.not_worth_sending);

@@ -6,7 +6,7 @@ use super::{Law, Sizes};
 use crate::{
     Scalar,
     actuator::Settings,
-    estimator::{Merging, Model},
+    estimator::{Merging, Model, Plausibility},
     event::Trigger,
     gains::Gains,
     played::DefaultInput,
@@ -36,6 +36,8 @@ pub struct Design<'a, T, const NX: usize, const NU: usize, const NY: usize> {
     pub arrives_at_once: T,
     /// What the estimator keeps apart while no acknowledgement decides.
     pub merging: Merging,
+    /// What is believed of the measurements, and when the loop is lost.
+    pub plausibility: &'a Plausibility<T, NY>,
     /// What inputs are rounded to before they are remembered and sent, where the carrier counts them; `None` sends them as
     /// they are computed.
     pub grid: Option<Grid<T, NU>>,
@@ -57,6 +59,10 @@ pub enum InvalidDesign {
     Preview,
     /// The probability to arrive at once is not within 0..=1.
     NotAProbability,
+    /// Inputs may change so much in a cycle only, and ages are kept apart: what was applied before is remembered once for all.
+    Rates,
+    /// The gate is not positive, or the range of an output empty.
+    Plausibility,
     /// A step of the grid is not positive, or a value on it not finite.
     Grid,
 }
@@ -76,6 +82,8 @@ impl core::fmt::Display for InvalidDesign {
                 f.write_str("a trigger needs a preview that tells what the inputs in flight are worth")
             }
             Self::NotAProbability => f.write_str("the probability to arrive at once is not within 0..=1"),
+            Self::Rates => f.write_str("rate limits of inputs go with one estimate for all ages only"),
+            Self::Plausibility => f.write_str("the gate is not positive, or the range of an output is empty"),
             Self::Grid => {
                 f.write_str("a step of the grid is not positive, or so large that values are not finite")
             }
@@ -121,6 +129,12 @@ impl<'a, T: Scalar, const NX: usize, const NU: usize, const NY: usize> Design<'a
         // NaN is outside.
         if !(T::zero()..=T::one()).contains(&self.arrives_at_once) {
             return Err(InvalidDesign::NotAProbability);
+        }
+        if self.actuator.rate().is_some() && self.merging != Merging::Single {
+            return Err(InvalidDesign::Rates);
+        }
+        if !self.plausibility.is_valid() {
+            return Err(InvalidDesign::Plausibility);
         }
         if self.grid.as_ref().is_some_and(|grid| !grid.is_valid()) {
             return Err(InvalidDesign::Grid);

@@ -11,6 +11,7 @@
 //! | `law` | what it may be told later: another law |
 //! | `reference` | what it is to follow |
 //! | `receive` | frames in |
+//! | `watch` | readings that no sensor has, or that do not change; how this end is |
 //! | `proposal` | a cycle in two steps: the sequence, and whether it is sent |
 //! | `cycle` | the cycle, and its frame out |
 
@@ -21,6 +22,7 @@ mod memory;
 mod proposal;
 mod receive;
 mod reference;
+mod watch;
 
 use crate::{
     Scalar, Tick,
@@ -31,6 +33,7 @@ use crate::{
     played::Age,
 };
 use nalgebra::SVector;
+use watch::Watch;
 
 pub use design::{Design, InvalidDesign};
 pub use law::{CycleError, Law};
@@ -52,6 +55,15 @@ pub struct Counts {
     /// Cycles in which the estimate had become of no use, after too long without measurements, and began anew with what a
     /// controller that joins the loop knows.
     pub begun_anew: u32,
+    /// Cycles in which nothing was sent because the loop was lost, [`Controller::health`].
+    pub withheld: u32,
+}
+
+/// What happened in the cycle that ran last.
+#[derive(Debug, Clone, Copy, Default)]
+struct Last {
+    begun_anew: bool,
+    not_finite: bool,
 }
 
 /// The controller end of the link.
@@ -66,7 +78,7 @@ pub struct Counts {
 /// ```
 /// use slqg::actuator::Settings;
 /// use slqg::controller::{Controller, Design, Sizes};
-/// use slqg::estimator::{Merging, Model};
+/// use slqg::estimator::{Merging, Model, Plausibility};
 /// use slqg::nalgebra::{Matrix2, RowVector2, Vector1, Vector2};
 /// use slqg::wire::{self, Acknowledgement, Measurement};
 /// use slqg::{Age, DefaultInput, Tick};
@@ -95,13 +107,14 @@ pub struct Counts {
 /// let design = Design {
 ///     gains: LAW,
 ///     model: &model,
-///     actuator: Settings { default_input: DefaultInput::Zero, limits: None },
+///     actuator: Settings { default_input: DefaultInput::Zero, limits: None, safe: None },
 ///     measurement_buffer: 4,
 ///     acknowledgement_buffer: 4,
 ///     preview: None,
 ///     trigger: None,
 ///     arrives_at_once: 0.5,
 ///     merging: Merging::Single,
+///     plausibility: &Plausibility::NONE,
 ///     grid: None,
 /// };
 /// slqg::controller_memory!(struct Memory: f32, 2, 1, 1; Sizes::of(2, 5, 1));
@@ -134,6 +147,8 @@ pub struct Controller<'m, T: Scalar, const NX: usize, const NU: usize, const NY:
     is_proposed: bool,
     rounds_age: bool,
     counts: Counts,
+    watch: Watch<T, NY>,
+    last: Last,
 }
 
 impl<'m, T: Scalar, const NX: usize, const NU: usize, const NY: usize> Controller<'m, T, NX, NU, NY> {
@@ -177,6 +192,8 @@ impl<'m, T: Scalar, const NX: usize, const NU: usize, const NY: usize> Controlle
             is_proposed: false,
             rounds_age: false,
             counts: Counts::default(),
+            watch: Watch::NEW,
+            last: Last::default(),
             design,
         };
         controller.forget_reference();
@@ -196,6 +213,7 @@ impl<'m, T: Scalar, const NX: usize, const NU: usize, const NY: usize> Controlle
         self.in_flight.restart(tick);
         self.forget_reference();
         (self.is_proposed, self.rounds_age, self.counts) = (false, false, Counts::default());
+        (self.watch, self.last) = (Watch::NEW, Last::default());
         self.design = design;
         Ok(())
     }
@@ -267,9 +285,10 @@ fn around<'s, T: Scalar, const NX: usize, const NU: usize, const NY: usize>(
     law: &'s Law<'_, T, NX, NU>,
     in_flight: &'s InFlight<'_, T, NU>,
 ) -> Surroundings<'s, T, NX, NU, NY> {
-    let Design { model, actuator, merging, .. } = design;
+    let Design { model, actuator, merging, plausibility, .. } = design;
     let Law { gains, arrives_at_once } = law;
-    Surroundings { model, in_flight, actuator, gains, arrives_at_once: *arrives_at_once, merging: *merging }
+    let (arrives_at_once, merging) = (*arrives_at_once, *merging);
+    Surroundings { model, in_flight, actuator, gains, arrives_at_once, merging, plausibility }
 }
 
 fn count(counter: &mut u32) {

@@ -90,6 +90,7 @@ impl<'m, T: Scalar, const NX: usize, const NU: usize, const NY: usize> Controlle
         if !is_finite {
             count(&mut self.counts.not_finite);
         }
+        self.last.not_finite = !is_finite;
         self.close(&law, is_sent && is_finite);
     }
 
@@ -129,7 +130,9 @@ impl<'m, T: Scalar, const NX: usize, const NU: usize, const NY: usize> Controlle
     pub(super) fn close(&mut self, law: &Law<'_, T, NX, NU>, is_sent: bool) {
         self.in_flight.push(is_sent);
         self.filter.advance(&around(&self.design, law, &self.in_flight));
-        self.counts.begun_anew = self.filter.begun_anew();
+        let begun_anew = self.filter.begun_anew();
+        self.last.begun_anew = begun_anew != self.counts.begun_anew;
+        self.counts.begun_anew = begun_anew;
         self.is_proposed = false;
     }
 
@@ -157,7 +160,7 @@ fn played<'f, T: Scalar, const NX: usize, const NU: usize, const NY: usize>(
     let Some(modes) = filter.modes() else { return Played::nothing() };
     let (last, length) = (filter.tick() - 1, around.gains.length());
     // Of a sequence that is not remembered nothing can be expected.
-    let input = |age| around.input(last, age, &modes.held).unwrap_or_else(SVector::zeros);
+    let input = |age| around.applied(last, age, &modes).unwrap_or_else(SVector::zeros);
     let taken = if rounds_age { Some(modes.rounded(length)) } else { modes.known() };
     match taken {
         Some(age) => Played::Known(age, input(age)),

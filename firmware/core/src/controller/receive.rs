@@ -16,6 +16,8 @@ pub enum RejectedFrame {
     Decode(DecodeError),
     /// The measurement in it is of no use.
     Measurement(RejectedMeasurement),
+    /// No reading of the measurement is within the sensor's range, or all are of sensors that are stuck.
+    Implausible,
     /// The acknowledgement names a cycle that is not over, is too long ago, or a sequence that was never sent.
     Acknowledgement,
 }
@@ -25,6 +27,9 @@ impl core::fmt::Display for RejectedFrame {
         match self {
             Self::Decode(why) => why.fmt(f),
             Self::Measurement(why) => why.fmt(f),
+            Self::Implausible => {
+                f.write_str("a measurement whose readings are all out of range, or of sensors that are stuck")
+            }
             Self::Acknowledgement => f.write_str(
                 "an acknowledgement of a cycle that is not over or too long ago, or of a sequence that was not sent",
             ),
@@ -50,13 +55,22 @@ impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize> Controller<'_
         }
     }
 
-    /// Takes a measurement that came some other way than as bytes.
+    /// Takes a measurement that came some other way than as bytes. An output that is no finite number is not measured.
     ///
     /// # Errors
     /// Says why it changed nothing. It is counted.
     pub fn measured(&mut self, measurement: &Measurement<T, NY>) -> Result<(), RejectedFrame> {
-        let taken = self.filter.measure(measurement.tick, measurement.output);
-        self.counted(taken.map_err(RejectedFrame::Measurement))
+        let seen = self.watch.sees(self.design.plausibility, measurement);
+        let taken = match self.filter.measure(measurement.tick, seen) {
+            // Nothing of it is left, though there was something in it.
+            Err(RejectedMeasurement::NotFinite)
+                if measurement.output.iter().any(|value| value.is_finite()) =>
+            {
+                Err(RejectedFrame::Implausible)
+            }
+            taken => taken.map_err(RejectedFrame::Measurement),
+        };
+        self.counted(taken)
     }
 
     /// Takes an acknowledgement that came some other way than as bytes.

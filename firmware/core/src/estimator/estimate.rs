@@ -1,6 +1,6 @@
 //! One Gaussian estimate of the state: prediction, measurement update, and merging several into one.
 
-use super::{Model, factored::Factored, prepared::Prepared};
+use super::{Model, factored::Factored, plausibility::Heard, prepared::Prepared};
 use crate::Scalar;
 use nalgebra::{SMatrix, SVector};
 
@@ -54,28 +54,68 @@ impl<T: Scalar, const NX: usize> Estimate<T, NX> {
         }
     }
 
-    /// Measurement update, one output after the other; and what it says for the estimate, see [`Innovation`].
+    /// Measurement update, one output after the other, but for those that `said` has as rejected; and what it says for the
+    /// estimate, see [`Innovation`].
     ///
-    /// A measurement which makes the mean overflow tells nothing that could be used: `None`, and the estimate is none any more.
+    /// An output that is no finite number is not measured. Unless the measurement is taken, the estimate is none any more: an
+    /// output whose squared innovation is more than `gate` times its variance has come to be rejected, or the mean overflows.
     #[inline(never)]
     pub(super) fn update<const NY: usize>(
         &mut self,
         prepared: &Prepared<T, NX, NY>,
         output: &SVector<T, NY>,
-    ) -> Option<Innovation<T, NY>> {
-        let mut said = Innovation { innovation: [T::zero(); NY], variance: [T::zero(); NY] };
+        gate: T,
+        said: &mut Innovation<T, NY>,
+    ) -> Update {
         for (place, (measured, row, noise)) in prepared.independent(output).enumerate() {
+            if said.left_out & (1 << place) != 0 {
+                continue;
+            }
             // An output that is certain beforehand tells nothing.
             let Some((gain, variance)) = self.covariance.observe(row, noise) else { continue };
             let expected = (0..NX).fold(T::zero(), |sum, state| sum + row[state] * self.mean[state]);
             let innovation = measured - expected;
+            said.innovation[place] = innovation;
+            said.variance[place] = variance;
+            let distance = innovation * innovation;
+            // What is no number is not measured.
+            if distance > gate * variance || distance.partial_cmp(&T::zero()).is_none() {
+                said.leave_out(place, noise);
+                return Update::Rejects;
+            }
+            said.heard.believe(place);
             for state in 0..NX {
                 self.mean[state] += gain[state] * innovation;
             }
-            said.innovation[place] = innovation;
-            said.variance[place] = variance;
         }
-        self.mean.iter().all(|value| value.is_finite()).then_some(said)
+        if self.mean.iter().all(|value| value.is_finite()) { Update::Taken } else { Update::Overflows }
+    }
+
+    /// Becomes `prior` with the measurement in it, and what that says; `None`: nothing that could be used, and it is `prior`.
+    pub(super) fn updated<const NY: usize>(
+        &mut self,
+        prior: &Self,
+        prepared: &Prepared<T, NX, NY>,
+        output: &SVector<T, NY>,
+        gate: T,
+    ) -> Option<Innovation<T, NY>> {
+        let mut said = Innovation::NOTHING;
+        loop {
+            self.clone_from(prior);
+            match self.update(prepared, output, gate, &mut said) {
+                Update::Taken => return Some(said),
+                Update::Rejects => (),
+                Update::Overflows => {
+                    self.clone_from(prior);
+                    return None;
+                }
+            }
+        }
+    }
+
+    /// The same mean, and `times` the covariance.
+    pub(super) fn widen(&mut self, times: T) {
+        self.covariance.scale(times);
     }
 
     pub(super) fn is_finite(&self) -> bool {
@@ -83,28 +123,92 @@ impl<T: Scalar, const NX: usize> Estimate<T, NX> {
     }
 }
 
+/// What has become of a measurement.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Update {
+    /// It is in the estimate.
+    Taken,
+    /// One more of its outputs is rejected.
+    Rejects,
+    /// It tells nothing that could be used.
+    Overflows,
+}
+
 /// The differences between independent outputs and what an estimate expects of each after those before, with their
 /// variances; zero of an output that was certain.
 pub(super) struct Innovation<T: Scalar, const NY: usize> {
     innovation: [T; NY],
     variance: [T; NY],
+    /// Outputs that are not measured or not believed, a bit for each.
+    left_out: u32,
+    /// Which outputs were measured, and which were taken in.
+    pub(super) heard: Heard,
+    /// By what the covariance grows for those that were not.
+    pub(super) widening: T,
 }
 
+/// A rejected output's innovation variance grows by this.
+const WIDER: f64 = 4.0;
+/// And the covariance at most by this: where the estimate is much better than the sensor.
+const WIDEST: f64 = 100.0;
+
 impl<T: Scalar, const NY: usize> Innovation<T, NY> {
+    pub(super) const NOTHING: Self = Self {
+        innovation: [T::ZERO; NY],
+        variance: [T::ZERO; NY],
+        left_out: 0,
+        heard: Heard::NOTHING,
+        widening: T::ZERO,
+    };
+
     pub(super) fn variances(&self) -> impl Iterator<Item = T> + '_ {
         self.variance.iter().copied()
     }
 
+    /// An output with this noise is not measured, or not believed.
+    #[cold]
+    #[inline(never)]
+    fn leave_out(&mut self, place: usize, noise: T) {
+        self.left_out |= 1 << place;
+        let (innovation, variance) = (self.innovation[place], self.variance[place]);
+        if innovation.partial_cmp(&T::zero()).is_none() {
+            self.variance[place] = T::zero();
+            return;
+        }
+        self.heard.reject(place);
+        // What is so far off that rounding of its value is larger than any noise says nothing, of the estimate neither.
+        let says_something = innovation * innovation <= absurd::<T>() * variance;
+        let explained = variance - noise;
+        if says_something && explained > T::zero() {
+            let wider = (T::nearest(WIDER) * variance - noise) / explained;
+            let widest = T::nearest(WIDEST);
+            let wider = if wider < widest { wider } else { widest };
+            if wider > self.widening {
+                self.widening = wider;
+            }
+        }
+    }
+
     /// Logarithm of the measurement's density under the estimate, but for a constant that is the same for all; of a
-    /// measurement too far off to compute it, a number that is finite and lower than any other.
-    pub(super) fn log_likelihood(&self) -> T {
-        let twice = self.innovation.iter().zip(&self.variance).filter(|(_, variance)| **variance > T::zero());
-        let twice = twice.fold(T::zero(), |sum, (innovation, variance)| {
-            sum + *innovation * (*innovation / *variance) + variance.logarithm()
+    /// measurement too far off to compute it, a number that is finite and lower than any other. An output that was not believed is
+    /// held to be just at the `gate`: how far beyond it is tells nothing.
+    pub(super) fn log_likelihood(&self, gate: T) -> T {
+        let told = (0..NY).filter(|place| self.variance[*place] > T::zero());
+        let twice = told.fold(T::zero(), |sum, place| {
+            let (innovation, variance) = (self.innovation[place], self.variance[place]);
+            let distance =
+                if self.heard.rejects(place) { gate } else { innovation * (innovation / variance) };
+            sum + distance + variance.logarithm()
         });
         // A distance that overflows is infinite or no number; the maximum of that and a number is the number.
         (-(T::nearest(0.5) * twice)).max(lowest())
     }
+}
+
+/// Squared innovations beyond this many times their variance are no measurement of anything: they are as far off as the
+/// largest and the smallest number that a sum can tell apart.
+pub(super) fn absurd<T: Scalar>() -> T {
+    T::one() / (T::EPSILON * T::EPSILON)
 }
 
 /// Estimates merged into one of the same mean and covariance as their mixture.

@@ -243,6 +243,13 @@ impl<T: Scalar, const NX: usize> Factored<T, NX> {
         (variance > T::zero()).then(|| (gain.map(|entry| entry * inverse), variance))
     }
 
+    /// `times P`, for a number that is not negative.
+    pub(super) fn scale(&mut self, times: T) {
+        for (place, row) in self.rows.iter_mut().enumerate() {
+            row[place] *= times;
+        }
+    }
+
     /// Weights of `D` and columns of `U`: the matrix is the sum of `weight column column^T`.
     pub(super) fn directions(&self) -> impl Iterator<Item = (T, [T; NX])> + '_ {
         (0..NX).map(|place| {

@@ -3,7 +3,7 @@
 //! Cycles stand in a ring. Of each there are its numbers, [`Cycle`]; the probabilities of the ages in the cycle before it,
 //! `N + 1`; and the estimates, one or one for each age.
 
-use super::Estimate;
+use super::{Estimate, plausibility::Standing};
 use crate::{
     Scalar,
     played::{Age, Ages, Modes},
@@ -21,8 +21,10 @@ pub struct Cycle<T, const NU: usize, const NY: usize> {
     estimates: usize,
     /// The age played in the cycle before, if it is certain.
     certain: Option<Age>,
-    /// What was applied in the cycle before if the buffer was empty then.
+    /// What was applied in the cycle before: if the buffer was empty then, or inputs may change so much in a cycle only.
     held: SVector<T, NU>,
+    /// How measurements up to this cycle's have fitted.
+    pub(super) standing: Standing<NY>,
 }
 
 impl<T: Scalar, const NU: usize, const NY: usize> Cycle<T, NU, NY> {
@@ -33,6 +35,7 @@ impl<T: Scalar, const NU: usize, const NY: usize> Cycle<T, NU, NY> {
         estimates: 0,
         certain: None,
         held: SVector::from_array_storage(nalgebra::ArrayStorage([[T::ZERO; NU]])),
+        standing: Standing::START,
     };
 }
 

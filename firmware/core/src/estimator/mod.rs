@@ -9,6 +9,7 @@
 //! | `model` | the plant's constants |
 //! | `factored` | a covariance that rounding cannot make indefinite |
 //! | `prepared` | what is computed of the model once; when an estimate is of no use any more, and what it begins anew with |
+//! | `plausibility` | when a measurement is not believed, and when it is the estimate that is not |
 //! | `estimate` | one Gaussian estimate: prediction, update, merging |
 //! | `memory` | what is remembered of each cycle, in memory that is lent |
 //! | `surroundings` | the loop around: how ages move from cycle to cycle, and which inputs they mean |
@@ -20,6 +21,7 @@ mod factored;
 mod memory;
 mod mode_filter;
 mod model;
+mod plausibility;
 mod prepared;
 mod step;
 mod surroundings;
@@ -28,6 +30,7 @@ pub use estimate::Estimate;
 pub use memory::{Cycle, Remembered, estimates_len};
 pub use mode_filter::{ModeFilter, RejectedMeasurement};
 pub use model::{MOST_STATES, Model};
+pub use plausibility::{Plausibility, Standing};
 pub use surroundings::Surroundings;
 
 /// Which hypotheses about the ages an estimator keeps apart while no acknowledgement decides between them. THEORY 8.

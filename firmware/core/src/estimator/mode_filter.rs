@@ -5,9 +5,10 @@
 //! once: the order of arrival within the memory does not matter, to the bit. What happens in one cycle is in `step`.
 
 use super::memory::Room;
+use super::plausibility::MOST_OUTPUTS;
 use super::prepared::Prepared;
 use super::step::Step;
-use super::{Cycle, Estimate, MOST_STATES, Model, Remembered, Surroundings};
+use super::{Cycle, Estimate, MOST_STATES, Model, Remembered, Standing, Surroundings};
 use crate::{
     Scalar, Tick,
     played::{Age, Modes},
@@ -24,7 +25,7 @@ pub enum RejectedMeasurement {
     Future,
     /// There is already one for that cycle.
     Duplicate,
-    /// It holds a number that is not finite.
+    /// It holds no number that is finite.
     NotFinite,
 }
 
@@ -36,7 +37,7 @@ impl core::fmt::Display for RejectedMeasurement {
                 "a measurement of a cycle that has not begun: the clocks of the two ends disagree"
             }
             Self::Duplicate => "another measurement of a cycle that has one",
-            Self::NotFinite => "a measurement with a number that is not finite",
+            Self::NotFinite => "a measurement without a number that is finite",
         })
     }
 }
@@ -51,7 +52,7 @@ impl core::error::Error for RejectedMeasurement {}
 ///
 /// ```
 /// use slqg::actuator::Settings;
-/// use slqg::estimator::{Cycle, Estimate, Merging, ModeFilter, Model, Remembered, Surroundings};
+/// use slqg::estimator::{Cycle, Estimate, Merging, ModeFilter, Model, Plausibility, Remembered, Surroundings};
 /// use slqg::in_flight::InFlight;
 /// use slqg::nalgebra::{Matrix2, RowVector2, Vector1, Vector2};
 /// use slqg::{DefaultInput, Tick};
@@ -83,7 +84,7 @@ impl core::error::Error for RejectedMeasurement {}
 ///
 /// let (mut sent, mut inputs) = ([false; 6], [Vector1::zeros(); 12]);
 /// let mut in_flight = InFlight::new(2, Tick(0), &mut sent, &mut inputs);
-/// let actuator = Settings { default_input: DefaultInput::Zero, limits: None };
+/// let actuator = Settings { default_input: DefaultInput::Zero, limits: None, safe: None };
 /// for _ in 0..2 {
 ///     in_flight.push(false);
 ///     let around = Surroundings {
@@ -93,6 +94,7 @@ impl core::error::Error for RejectedMeasurement {}
 ///         gains: &LAW,
 ///         arrives_at_once: 0.5,
 ///         merging: Merging::Single,
+///         plausibility: &Plausibility::NONE,
 ///     };
 ///     filter.advance(&around);
 ///     // That of cycle 0 is late: it counts once the filter runs again.
@@ -131,7 +133,7 @@ impl<'m, T: Scalar, const NX: usize, const NU: usize, const NY: usize> ModeFilte
     /// A filter whose first cycle is `tick` and which takes measurements up to `measurement_buffer` cycles
     /// late (`N^B`, thesis 3.34), at most as many as it remembers.
     ///
-    /// Does not compile for more than [`MOST_STATES`] states.
+    /// Does not compile for more than [`MOST_STATES`] states or 32 outputs.
     pub fn new(
         model: &Model<T, NX, NU, NY>,
         measurement_buffer: usize,
@@ -139,6 +141,7 @@ impl<'m, T: Scalar, const NX: usize, const NU: usize, const NY: usize> ModeFilte
         remembered: Remembered<'m, T, NX, NU, NY>,
     ) -> Self {
         const { assert!(NX <= MOST_STATES, "a controller runs with at most 32 states") };
+        const { assert!(NY <= MOST_OUTPUTS, "a controller runs with at most 32 outputs") };
         let mut filter = Self {
             prepared: Prepared::new(model, measurement_buffer),
             tick,
@@ -215,12 +218,13 @@ impl<'m, T: Scalar, const NX: usize, const NU: usize, const NY: usize> ModeFilte
         self.changed = Some(self.changed.map_or(position, |earlier| earlier.min(position)));
     }
 
-    /// Takes the measurement of cycle `tick`, late or not. [`ModeFilter::filter`] makes it count.
+    /// Takes the measurement of cycle `tick`, late or not. [`ModeFilter::filter`] makes it count. An output that is no finite
+    /// number is not measured; nor is one whose noise goes with that of such a one.
     ///
     /// # Errors
     /// Says why the filter did not take it.
     pub fn measure(&mut self, tick: Tick, output: SVector<T, NY>) -> Result<(), RejectedMeasurement> {
-        if !output.iter().all(|value| value.is_finite()) {
+        if !output.iter().any(|value| value.is_finite()) {
             return Err(RejectedMeasurement::NotFinite);
         }
         let age = self.tick.age_of(tick).ok_or(RejectedMeasurement::Future)?;
@@ -291,21 +295,25 @@ impl<'m, T: Scalar, const NX: usize, const NU: usize, const NY: usize> ModeFilte
     }
 
     fn filter_cycle(&mut self, position: usize, around: &Surroundings<'_, T, NX, NU, NY>) {
-        let mut step = Step { around, prepared: &self.prepared, begins_anew: false };
         let (place, before) = (self.place(position), self.place_before(position));
         let output = self.remembered.cycles.get(place).and_then(|cycle| cycle.measured);
-        if let Some(before) = before {
-            let known = self.remembered.cycles.get(before).and_then(|cycle| cycle.known);
-            let tick = self.tick - (self.count - position) as u32;
-            if let Some((Some(belief), mut room)) = self.remembered.belief_and_room(before, place) {
+        let known = before.and_then(|before| self.remembered.cycles.get(before));
+        let (known, standing) = known.map_or((None, Standing::START), |cycle| (cycle.known, cycle.standing));
+        let mut step = Step::new(around, &self.prepared, standing);
+        match before.and_then(|before| self.remembered.belief_and_room(before, place)) {
+            Some((Some(belief), mut room)) => {
+                let tick = self.tick - (self.count - position) as u32;
                 step.step(&belief, tick, known, output.as_ref(), &mut room);
-                self.begins_anew = step.begins_anew;
-                return;
+            }
+            _ => {
+                let Some(mut room) = self.remembered.room(place) else { return };
+                step.first(output.as_ref(), &mut room);
             }
         }
-        if let Some(mut room) = self.remembered.room(place) {
-            step.first(output.as_ref(), &mut room);
-            self.begins_anew = step.begins_anew;
+        self.begins_anew = step.begins_anew;
+        let standing = step.standing_after();
+        if let Some(cycle) = self.remembered.cycles.get_mut(place) {
+            cycle.standing = standing;
         }
     }
 
@@ -366,5 +374,12 @@ impl<'m, T: Scalar, const NX: usize, const NU: usize, const NY: usize> ModeFilte
     /// what a controller that joins the loop knows. Saturates.
     pub fn begun_anew(&self) -> u32 {
         self.begun_anew
+    }
+
+    /// How measurements have fitted the estimate, up to the cycle that was filtered last.
+    pub fn standing(&self) -> &Standing<NY> {
+        // Only the current cycle may not be filtered yet.
+        let unfiltered = usize::from(self.changed.is_some() && self.count > 1);
+        self.cycle(self.count - 1 - unfiltered).map_or(&Standing::START, |cycle| &cycle.standing)
     }
 }

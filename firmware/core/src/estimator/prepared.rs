@@ -70,7 +70,11 @@ impl<T: Scalar, const NX: usize, const NY: usize> Prepared<T, NX, NY> {
         let mut values: [T; NY] = core::array::from_fn(|place| output[place]);
         for place in 0..NY {
             for before in 0..place {
-                values[place] -= self.mixing[place][before] * values[before];
+                let mixing = self.mixing[place][before];
+                // What is not measured takes with it only what shares its noise.
+                if mixing != T::zero() {
+                    values[place] -= mixing * values[before];
+                }
             }
         }
         (0..NY).map(move |place| (values[place], &self.outputs[place], self.noises[place]))

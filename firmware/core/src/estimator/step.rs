@@ -2,8 +2,9 @@
 
 use super::{
     Estimate, Merging, Surroundings,
-    estimate::{Innovation, Merged},
+    estimate::{Innovation, Merged, Update, absurd},
     memory::{Belief, Room},
+    plausibility::{Heard as Measured, Standing},
     prepared::Prepared,
 };
 use crate::{
@@ -48,11 +49,29 @@ impl<'b, T: Scalar, const NX: usize, const NU: usize> Belief<'b, T, NX, NU> {
 pub(super) struct Step<'s, T: Scalar, const NX: usize, const NU: usize, const NY: usize> {
     pub(super) around: &'s Surroundings<'s, T, NX, NU, NY>,
     pub(super) prepared: &'s Prepared<T, NX, NY>,
+    /// How measurements fitted up to the cycle before.
+    pub(super) standing: Standing<NY>,
+    /// What became of this cycle's.
+    measured: Measured,
     /// Whether an estimate of this cycle was of no use any more, and began anew.
     pub(super) begins_anew: bool,
 }
 
-impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize> Step<'_, T, NX, NU, NY> {
+impl<'s, T: Scalar, const NX: usize, const NU: usize, const NY: usize> Step<'s, T, NX, NU, NY> {
+    /// Of the cycle before which `standing` was how measurements had fitted.
+    pub(super) fn new(
+        around: &'s Surroundings<'s, T, NX, NU, NY>,
+        prepared: &'s Prepared<T, NX, NY>,
+        standing: Standing<NY>,
+    ) -> Self {
+        Self { around, prepared, standing, measured: Measured::NOTHING, begins_anew: false }
+    }
+
+    /// How measurements have fitted, with this cycle's.
+    pub(super) fn standing_after(&self) -> Standing<NY> {
+        self.standing.after(&self.measured)
+    }
+
     /// Writes into `room` what is believed in the first cycle of all: nothing was played before it.
     pub(super) fn first(&mut self, output: Option<&SVector<T, NY>>, room: &mut Room<'_, T, NX, NU>) {
         let model = self.around.model;
@@ -74,7 +93,7 @@ impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize> Step<'_, T, N
         let single = before.single();
         let certain = known.and_then(|age| Some((age, single?, self.certain_input(before, tick, age)?)));
         if let Some((age, estimate, input)) = certain {
-            let held = if age == Age::Empty { input } else { SVector::zeros() };
+            let held = if age == Age::Empty || self.around.has_rates() { input } else { SVector::zeros() };
             if let Some(posterior) = room.certain(age, held) {
                 self.filtered(estimate, (&input, None), output, posterior);
             }
@@ -110,6 +129,9 @@ impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize> Step<'_, T, N
     /// The input of cycle `tick`, in which `age` was played for certain, where that is all it takes to know it: the Kalman
     /// filter's case, and the shortest way to it.
     fn certain_input(&self, before: &Belief<'_, T, NX, NU>, tick: Tick, age: Age) -> Option<SVector<T, NU>> {
+        if self.around.has_rates() {
+            return self.around.input(tick, age, &before.modes.held);
+        }
         if age != Age::Empty || self.around.actuator.default_input == DefaultInput::Zero {
             return self.around.input(tick, age, &SVector::zeros());
         }
@@ -149,6 +171,9 @@ impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize> Step<'_, T, N
         });
         if total <= T::zero() {
             return false;
+        }
+        if self.around.has_rates() {
+            *room.held = mean;
         }
         room.put_ages();
         if let Some(posterior) = room.single() {
@@ -222,7 +247,7 @@ impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize> Step<'_, T, N
         posterior: &mut Estimate<T, NX>,
     ) -> T {
         let innovation = self.filtered(estimate, (input, None), output, posterior);
-        innovation.map_or_else(T::zero, |innovation| innovation.log_likelihood())
+        innovation.map_or_else(T::zero, |innovation| innovation.log_likelihood(self.gate()))
     }
 
     /// Writes into `posterior` the `estimate` one cycle on, in which an input is applied that is known with a covariance or for
@@ -246,15 +271,19 @@ impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize> Step<'_, T, N
         output: Option<&SVector<T, NY>>,
         posterior: &mut Estimate<T, NX>,
     ) -> Option<Innovation<T, NY>> {
-        let prepared = self.prepared;
+        let (prepared, gate) = (self.prepared, self.gate());
         prior(posterior);
         if let Some(output) = output {
-            if let Some(innovation) = posterior.update(prepared, output)
-                && prepared.bears(innovation.variances())
-            {
-                return Some(innovation);
-            }
+            let mut said = Innovation::NOTHING;
+            let mut update = posterior.update(prepared, output, gate, &mut said);
             // What it was before the measurement, once more: rare enough that no copy is worth keeping.
+            while update == Update::Rejects {
+                prior(posterior);
+                update = posterior.update(prepared, output, gate, &mut said);
+            }
+            if update == Update::Taken && prepared.bears(said.variances()) {
+                return Some(self.heard(said, output, posterior));
+            }
             prior(posterior);
         }
         self.corrected_if_of_use(output, posterior)
@@ -267,20 +296,67 @@ impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize> Step<'_, T, N
         output: Option<&SVector<T, NY>>,
         posterior: &mut Estimate<T, NX>,
     ) -> Option<Innovation<T, NY>> {
+        let mut gate = self.gate();
         if !self.prepared.is_of_use(posterior) {
             *posterior = self.anew();
+            // Of an estimate that knows nothing nothing has to be expected.
+            gate = ungated();
         }
         let output = output?;
         let prior = posterior.clone();
-        let innovation = posterior.update(self.prepared, output);
-        if innovation.is_none() {
-            *posterior = prior;
+        let said = posterior.updated(&prior, self.prepared, output, gate)?;
+        Some(self.heard(said, output, posterior))
+    }
+
+    /// Takes note of what has become of the measurement that `posterior` has taken in, and draws the conclusions.
+    fn heard(
+        &mut self,
+        said: Innovation<T, NY>,
+        output: &SVector<T, NY>,
+        posterior: &mut Estimate<T, NX>,
+    ) -> Innovation<T, NY> {
+        self.measured.with(&said.heard);
+        if said.heard.rejects_none() { said } else { self.doubted(said, output, posterior) }
+    }
+
+    /// After a measurement of which something was not believed the estimate is wider, or, where nothing was for too long, anew.
+    #[cold]
+    #[inline(never)]
+    fn doubted(
+        &mut self,
+        said: Innovation<T, NY>,
+        output: &SVector<T, NY>,
+        posterior: &mut Estimate<T, NX>,
+    ) -> Innovation<T, NY> {
+        let doubt_after = self.around.plausibility.doubt_after;
+        if said.heard.believes_none() && self.standing.doubts(&said.heard, doubt_after) {
+            let mut anew = Estimate::EMPTY;
+            let told = anew.updated(self.prepared.joining(), self.prepared, output, absurd());
+            if let Some(told) = told.filter(|told| !told.heard.believes_none()) {
+                *posterior = anew;
+                self.begins_anew = true;
+                self.measured.with(&told.heard);
+                return told;
+            }
         }
-        innovation
+        if said.widening > T::zero() {
+            posterior.widen(said.widening);
+        }
+        said
+    }
+
+    /// Squared innovations up to this many times their variance are believed.
+    fn gate(&self) -> T {
+        self.around.plausibility.gate.unwrap_or_else(ungated)
     }
 
     fn anew(&mut self) -> Estimate<T, NX> {
         self.begins_anew = true;
         self.prepared.joining().clone()
     }
+}
+
+/// Everything is believed.
+fn ungated<T: Scalar>() -> T {
+    T::nearest(f64::INFINITY)
 }

@@ -2,7 +2,7 @@
 //!
 //! How ages move from cycle to cycle is here; what a measurement makes of them is in `step`.
 
-use super::{Merging, Model};
+use super::{Merging, Model, Plausibility};
 use crate::{
     Scalar, Tick,
     actuator::Settings,
@@ -27,6 +27,8 @@ pub struct Surroundings<'a, T: Scalar, const NX: usize, const NU: usize, const N
     pub arrives_at_once: T,
     /// What is kept apart.
     pub merging: Merging,
+    /// What is believed of the measurements.
+    pub plausibility: &'a Plausibility<T, NY>,
 }
 
 impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize> Surroundings<'_, T, NX, NU, NY> {
@@ -41,19 +43,29 @@ impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize> Surroundings<
         }
     }
 
-    /// What left the actuator in cycle `tick` if it played `age`; `held` if its buffer was empty and it holds. `None` if no
-    /// such sequence is remembered.
-    pub fn input(&self, tick: Tick, age: Age, held: &SVector<T, NU>) -> Option<SVector<T, NU>> {
+    /// What left the actuator in cycle `tick` if it played `age`, after `before` in the cycle before: that counts where the
+    /// buffer is empty and holds, and where inputs may change so much in a cycle only. `None` if no such sequence is remembered.
+    pub fn input(&self, tick: Tick, age: Age, before: &SVector<T, NU>) -> Option<SVector<T, NU>> {
         let default_input = self.actuator.default_input;
-        let input = self.in_flight.applied_input(default_input, tick, age, held)?;
-        Some(self.actuator.saturate(&input))
+        let input = self.in_flight.applied_input(default_input, tick, age, before)?;
+        Some(self.actuator.leaves_after(before, &input))
+    }
+
+    /// What left the actuator in cycle `tick` if it played `age`, where `modes` are believed after it.
+    pub fn applied(&self, tick: Tick, age: Age, modes: &Modes<'_, T, NU>) -> Option<SVector<T, NU>> {
+        // What was held is the input itself, and what was applied before it not known any more.
+        if self.has_rates() { Some(modes.held) } else { self.input(tick, age, &modes.held) }
+    }
+
+    /// Whether an input depends on the one before it whatever is played, so that it is remembered.
+    pub(super) fn has_rates(&self) -> bool {
+        self.actuator.rate().is_some()
     }
 
     /// The expected input of cycle `tick`, after which `modes` are believed.
     pub(super) fn expected_input(&self, tick: Tick, modes: &Modes<'_, T, NU>) -> SVector<T, NU> {
         let possible = || {
-            let inputs =
-                modes.iter().map(|(age, probability)| (probability, self.input(tick, age, &modes.held)));
+            let inputs = modes.iter().map(|(age, probability)| (probability, self.applied(tick, age, modes)));
             inputs.filter_map(|(probability, input)| Some((probability, input?)))
         };
         match modes.known() {
@@ -102,7 +114,11 @@ impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize> Surroundings<
             let leads: &dyn Fn(Age) -> T = if known.is_some() && total <= zero { &anyhow } else { &leads };
             let probability = if known.is_some() { one } else { total };
             if probability > zero {
-                let held = if age == Age::Empty { self.held(before, tick, leads) } else { SVector::zeros() };
+                let held = if age == Age::Empty || self.has_rates() {
+                    self.held(before, tick, leads)
+                } else {
+                    SVector::zeros()
+                };
                 if let Some(input) = self.input(tick, age, &held) {
                     each(age, probability, input, leads);
                 }
@@ -117,11 +133,14 @@ impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize> Surroundings<
         tick: Tick,
         from: Age,
     ) -> Option<SVector<T, NU>> {
-        self.input(tick - 1, from, &before.held)
+        self.applied(tick - 1, from, before)
     }
 
     /// What a buffer that is empty in cycle `tick` holds: the input of the cycle before, as the ages that lead there had it.
     fn held(&self, before: &Modes<'_, T, NU>, tick: Tick, leads: &dyn Fn(Age) -> T) -> SVector<T, NU> {
+        if self.has_rates() {
+            return before.held;
+        }
         if self.actuator.default_input == DefaultInput::Zero {
             return SVector::zeros();
         }

@@ -31,7 +31,7 @@ const SETTLED: u32 = 4;
 /// use slqg::tuning::{Basis, Parameters, Tuner, tuner_len};
 /// # use slqg::actuator::Settings;
 /// # use slqg::controller::{Controller, Design, Sizes};
-/// # use slqg::estimator::{Merging, Model};
+/// # use slqg::estimator::{Merging, Model, Plausibility};
 /// # use slqg::nalgebra::{Matrix2, RowVector2, Vector1, Vector2};
 /// # use slqg::{Age, Tick, wire::Acknowledgement};
 /// # use slqg::checked::{Finite, Probabilities};
@@ -57,13 +57,14 @@ const SETTLED: u32 = 4;
 /// # let design = Design {
 /// #     gains: LAW,
 /// #     model: &model,
-/// #     actuator: Settings { default_input: DefaultInput::Zero, limits: None },
+/// #     actuator: Settings { default_input: DefaultInput::Zero, limits: None, safe: None },
 /// #     measurement_buffer: 4,
 /// #     acknowledgement_buffer: 4,
 /// #     preview: None,
 /// #     trigger: None,
 /// #     arrives_at_once: 0.5,
 /// #     merging: Merging::Single,
+/// #     plausibility: &Plausibility::NONE,
 /// #     grid: None,
 /// # };
 /// # slqg::controller_memory!(struct Memory: f32, 2, 1, 1; Sizes::of(2, 5, 1));

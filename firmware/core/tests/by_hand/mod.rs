@@ -10,7 +10,7 @@ use slqg::wire::{self, Acknowledgement, Measurement};
 use slqg::{Age, DefaultInput, Tick};
 
 pub(crate) fn workshop(default_input: DefaultInput) -> Workshop<f32> {
-    Workshop::double_integrator(Settings { default_input, limits: None })
+    Workshop::double_integrator(Settings { default_input, limits: None, safe: None })
 }
 
 pub(crate) fn acknowledge(controller: &mut Node<'_, f32>, tick: u32, age: Age) -> Result<(), RejectedFrame> {

@@ -2,7 +2,7 @@
 
 use slqg::actuator::Settings;
 use slqg::controller::{Controller, Design};
-use slqg::estimator::{Merging, Model};
+use slqg::estimator::{Merging, Model, Plausibility};
 use slqg::gains::{Gains, Tables};
 use slqg::nalgebra::{SMatrix, SVector};
 use slqg::synthesis::{Dimensions, Problem, Synthesis};
@@ -88,6 +88,7 @@ impl<T: Scalar> Workshop<T> {
             trigger: None,
             arrives_at_once: T::nearest(DELAYS[0]),
             merging: Merging::Single,
+            plausibility: &Plausibility::NONE,
             grid: None,
         }
     }

@@ -2,7 +2,7 @@
 
 use crate::lent;
 use slqg::actuator::{Limits, Settings};
-use slqg::estimator::{Merging, ModeFilter, Model, Surroundings};
+use slqg::estimator::{Merging, ModeFilter, Model, Plausibility, Surroundings};
 use slqg::gains::{Gains, Tables};
 use slqg::in_flight::InFlight;
 use slqg::nalgebra::SVector;
@@ -18,6 +18,8 @@ pub(crate) struct Link<T: Scalar, const NX: usize, const NU: usize, const NY: us
     pub(crate) model: Model<T, NX, NU, NY>,
     pub(crate) settings: Settings<T, NU>,
     pub(crate) merging: Merging,
+    /// Nothing is rejected unless a test says so.
+    pub(crate) plausibility: Plausibility<T, NY>,
     arrives_at_once: T,
     arrival: Vec<T>,
     gains: Vec<T>,
@@ -35,6 +37,7 @@ impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize, const N: usiz
             model,
             settings,
             merging: Merging::Single,
+            plausibility: Plausibility::NONE,
             arrives_at_once: T::nearest(delays[0]),
             arrival: table.iter().map(|value| T::nearest(value.clamp(0.0, 1.0))).collect(),
             gains: vec![T::zero(); N * NU * NX.max(N * NU)],
@@ -106,6 +109,7 @@ impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize, const N: usiz
             gains: &gains,
             arrives_at_once: link.arrives_at_once,
             merging: link.merging,
+            plausibility: &link.plausibility,
         };
         run(filter, &around)
     }
@@ -167,5 +171,9 @@ pub(crate) fn ages<const N: usize>() -> impl Iterator<Item = Age> {
 #[allow(dead_code)]
 pub(crate) fn settings<T: Scalar>(default_input: DefaultInput, limit: Option<f64>) -> Settings<T, 1> {
     let bound = |limit: f64| SVector::from([T::nearest(limit)]);
-    Settings { default_input, limits: limit.map(|limit| Limits { min: bound(-limit), max: bound(limit) }) }
+    Settings {
+        default_input,
+        limits: limit.map(|limit| Limits { min: bound(-limit), max: bound(limit), rate: None }),
+        safe: None,
+    }
 }

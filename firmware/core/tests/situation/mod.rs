@@ -52,7 +52,7 @@ impl Situation {
 
     /// The actuator at the beginning of `NOW`, and what it played in the cycle before.
     pub(crate) fn actuator<const NU: usize>(&self) -> (Actuator<'static, f64, NU>, SVector<f64, NU>) {
-        let settings = Settings { default_input: self.default_input, limits: None };
+        let settings = Settings { default_input: self.default_input, limits: None, safe: None };
         let mut actuator = lent::actuator(settings, NOW - 2, CAPACITY);
         if self.age == Age::Empty {
             // Its last input is for the cycle before the last: the default input follows it. It is older than

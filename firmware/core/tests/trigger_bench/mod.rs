@@ -31,7 +31,7 @@ impl<T: Scalar> Bench<T> {
         });
         let [state, in_flight, sequence] =
             tables.map(|table| table.iter().map(|value| T::nearest(*value)).collect());
-        let workshop = Workshop::double_integrator(Settings { default_input, limits: None });
+        let workshop = Workshop::double_integrator(Settings { default_input, limits: None, safe: None });
         Self { workshop, default_input, state, in_flight, sequence }
     }
 

@@ -66,9 +66,9 @@ impl Board for Machine {
     fn note(&mut self, notice: Notice) {
         match notice {
             Notice::Aligned(_) => self.part.led.set_low(),
-            Notice::Realigned(_) | Notice::ClockRefused(_) | Notice::EstimateAnew(_) | Notice::Safe => {
-                self.part.led.set_high();
-            }
+            Notice::Realigned(_) | Notice::ClockRefused(_) | Notice::Safe => self.part.led.set_high(),
+            Notice::Health(health) if health.is_nominal() => self.part.led.set_low(),
+            Notice::Health(_) => self.part.led.set_high(),
             Notice::Gains(_) | Notice::Tuned(_) | Notice::Rejected(_) => (),
         }
     }

@@ -4,10 +4,11 @@
 //! differently carry `#[rustfmt::skip]`.
 //!
 //! Here is what every design has. What replaces the law in a task of finite length is in `task`, what a reference adds in
-//! `tracking`, what an event trigger adds in `trigger`, what classic CAN adds in `grid`, what a device needs that solves its own
+//! `tracking`, what an event trigger adds in `trigger`, what classic CAN adds in `grid`, what is believed in `safety`, what a device needs that solves its own
 //! gains in `tuning`.
 
 mod grid;
+mod safety;
 mod task;
 mod tracking;
 mod trigger;
@@ -40,6 +41,7 @@ pub(super) fn source(emission: &Emission<'_>, origin: &str) -> Result<String, Em
     }
     parts.push(model(emission)?);
     parts.extend(grid::grids(emission)?);
+    parts.push(safety::plausibility(emission)?);
     parts.push(nodes(emission)?);
     parts.extend(tuning::basis(emission)?);
     Ok(parts.join("\n"))
@@ -226,17 +228,31 @@ fn nodes(emission: &Emission<'_>) -> Result<String, EmitError> {
                 storage(table, &DMatrix::from_column_slice(bounds.len(), 1, &bounds), 8)
             };
             let (min, max) = (bound(|pair| pair.0)?, bound(|pair| pair.1)?);
-            format!("Some(slqg::actuator::Limits {{\n        min: {min},\n        max: {max},\n    }})")
+            let rate = match settings.rates_per_cycle(emission.design.plant.sample_time) {
+                None => "None".to_string(),
+                Some(rates) => {
+                    let rates = DMatrix::from_column_slice(rates.len(), 1, &rates);
+                    format!(
+                        "Some({})",
+                        storage(Table { name: "controller.input_rates", ..table }, &rates, 8)?
+                    )
+                }
+            };
+            format!(
+                "Some(slqg::actuator::Limits {{\n        min: {min},\n        max: {max},\n        rate: {rate},\n    }})"
+            )
         }
     };
     Ok(format!(
         "\
-/// How the actuator behaves: the default input and, in input units, its limits.
+/// How the actuator behaves: the default input and, in input units, its limits and what it applies once packets have failed to
+/// come for too long.
 #[rustfmt::skip]
 #[allow(clippy::approx_constant)]
 pub const ACTUATOR: slqg::actuator::Settings<Scalar, INPUTS> = slqg::actuator::Settings {{
     default_input: {default},
     limits: {limits},
+    safe: {safe},
 }};
 
 /// All that the controller is told.
@@ -253,6 +269,7 @@ pub static DESIGN: slqg::controller::Design<'static, Scalar, STATES, INPUTS, OUT
         trigger: {trigger},
         arrives_at_once: {arrives_at_once},
         merging: {merging},
+        plausibility: &PLAUSIBILITY,
         grid: {grid},
     }};
 
@@ -282,6 +299,7 @@ pub const ACTUATOR_MEMORY: ActuatorMemory =
         slqg::actuator::memory_len(SEQUENCE_LENGTH)];
 ",
         default = default_input(emission),
+        safe = safety::safe(emission)?,
         gains = if emission.task.is_some() { "HORIZON[0]" } else { "GAINS" },
         preview = optional("PREVIEW", emission.preview.is_some()),
         trigger = optional("TRIGGER", emission.trigger.is_some()),
