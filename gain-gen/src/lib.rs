@@ -4,6 +4,7 @@ mod balance;
 pub mod build;
 pub mod certificate;
 mod channels;
+pub mod console;
 pub mod design;
 pub mod discretise;
 pub mod emit;

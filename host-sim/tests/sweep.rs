@@ -60,7 +60,7 @@ fn the_file_has_a_row_for_each_run_whatever_the_number_of_threads() {
     assert!(lines[0].starts_with("# host-sim sweep {"), "{}", lines[0]);
     assert_eq!(
         lines[1],
-        "design,controller,sequence_length,run,cost,total_cost,diverged,sent,age_sum,rejected"
+        "design,controller,sequence_length,run,cost,total_cost,diverged,sent,age_sum,rejected,check"
     );
     assert!(lines[2].starts_with("double_integrator,slqg,3,0,"), "{}", lines[2]);
     assert!(lines[401].starts_with("double_integrator_bad,lqg,1,39,"), "{}", lines[401]);
@@ -86,17 +86,84 @@ fn a_sweep_that_ended_anywhere_is_continued_to_the_same_file() {
 }
 
 #[test]
-fn rows_that_are_there_are_not_simulated_again() {
+fn a_figure_that_was_changed_by_hand_is_noticed_in_every_column() {
+    let (folder, whole, text) = whole();
+    let path = folder.path().join("changed.csv");
+    let part = folder.path().join("changed.csv.part");
+    let row = text.lines().nth(5).expect("a row");
+    let cells: Vec<_> = row.split(',').collect();
+    for column in [4, 6, 7, 8, 9, 10] {
+        let figure = match column {
+            4 => "12345.5".to_owned(),
+            10 => "17".to_owned(),
+            _ => format!("{}1", cells[column]),
+        };
+        let mut changed = cells.clone();
+        changed[column] = &figure;
+        let changed = text.replacen(row, &changed.join(","), 1);
+        fs::write(&part, &changed[..changed.len() / 2]).expect("written");
+        let message = refused(into(&path, &["--resume"]));
+        assert!(message.contains("line 6: the figures do not fit their check: changed"), "{message}");
+        assert!(message.contains("delete from this line on"), "{message}");
+        assert_eq!(fs::read_to_string(&part).expect("left alone"), changed[..changed.len() / 2]);
+        // A finished file likewise.
+        fs::write(&whole, &changed).expect("written");
+        let mut summary = host_sim(&["summary"]);
+        summary.arg(&whole);
+        assert!(refused(summary).contains("line 6: the figures do not fit their check"));
+    }
+}
+
+/// A sweep into `path` that takes a while, with its file begun.
+fn long(path: &Path, part: &Path) -> process::Child {
+    let mut command = process::Command::new(env!("CARGO_BIN_EXE_host-sim"));
+    command.arg("sweep").args(designs()).args(["--lengths", "4", "--controllers", "slqg,slqg-udp"]);
+    command.args(["--runs", "1000000", "--steps", "100", "--resume", "--output"]).arg(path);
+    let mut running = command.stdout(process::Stdio::null()).spawn().expect("started");
+    while fs::metadata(part).map_or(0, |metadata| metadata.len()) < 10_000 {
+        assert!(running.try_wait().expect("a status").is_none(), "it has ended");
+        sleep(Duration::from_millis(1));
+    }
+    running
+}
+
+#[test]
+fn two_sweeps_into_one_file_lock_each_other_out() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("shared.csv");
+    let part = folder.path().join("shared.csv.part");
+    let mut first = long(&path, &part);
+    for arguments in [&["--resume"][..], &[]] {
+        let message = refused(into(&path, arguments));
+        assert!(message.contains("another sweep is writing it; wait until that has ended"), "{message}");
+    }
+    first.kill().expect("killed");
+    first.wait().expect("ended");
+    // The lock has ended with the process: now it is only another experiment.
+    let message = refused(into(&path, &["--resume"]));
+    assert!(message.contains("another experiment"), "{message}");
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn an_output_that_is_no_regular_file_gets_the_rows_and_stays_what_it_is() {
     let (folder, _, text) = whole();
-    let path = folder.path().join("kept.csv");
-    // A cost that no simulation finds: it is kept, so its run was not simulated.
-    let row = text.lines().nth(2).expect("a row");
-    let mut cells: Vec<_> = row.split(',').collect();
-    cells[4] = "12345.5";
-    let kept = text.replacen(row, &cells.join(","), 1);
-    fs::write(folder.path().join("kept.csv.part"), &kept[..kept.len() / 2]).expect("written");
-    into(&path, &["--resume"]).assert().success();
-    assert!(fs::read_to_string(&path).expect("the file") == kept);
+    let begins_with_rows = stdout(into(Path::new("/dev/stdout"), &["--resume"]));
+    assert!(begins_with_rows.starts_with(&text), "then the table");
+    into(Path::new("/dev/null"), &[]).assert().success();
+    let full = refused(into(Path::new("/dev/full"), &[]));
+    assert!(full.contains("/dev/full: cannot be written"), "{full}");
+    for left in ["/dev/stdout.part", "/dev/null.part", "/dev/full.part"] {
+        assert!(!Path::new(left).exists(), "{left}");
+    }
+    let pipe = folder.path().join("pipe");
+    assert!(process::Command::new("mkfifo").arg(&pipe).status().expect("mkfifo").success());
+    let reader = {
+        let pipe = pipe.clone();
+        std::thread::spawn(move || fs::read_to_string(pipe).expect("rows"))
+    };
+    into(&pipe, &[]).assert().success();
+    assert!(reader.join().expect("read") == text);
 }
 
 #[test]

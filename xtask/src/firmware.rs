@@ -5,6 +5,7 @@ use std::process::Command;
 use std::time::{Duration, Instant};
 
 use crate::artifacts::{self, Built};
+use crate::process::print;
 use crate::qemu::Qemu;
 use crate::toolchain::Toolchain;
 use crate::workspace::Workspace;
@@ -23,7 +24,7 @@ pub(crate) fn firmware(workspace: &Workspace, run: bool) -> Result<()> {
         compare(workspace, &Qemu::find_or_install()?, &built)?;
     }
     for image in &built.binaries {
-        println!("{}", image.display());
+        print(image.display())?;
     }
     Ok(())
 }

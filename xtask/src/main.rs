@@ -4,6 +4,7 @@
 //! reference board. Whatever cross-building and emulation need is looked for first, and set up from distribution
 //! packages where that is possible; otherwise a task stops and says what to run. Nothing is skipped silently.
 
+use std::io::{Write, stderr};
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand, ValueEnum};
@@ -85,10 +86,19 @@ enum Bench {
 }
 
 fn main() -> ExitCode {
-    match perform(&Cli::parse().task) {
+    let ended = match Cli::try_parse() {
+        Ok(cli) => perform(&cli.task),
+        Err(answer) if answer.use_stderr() => {
+            let _ = answer.print();
+            return ExitCode::from(2);
+        }
+        // Help.
+        Err(answer) => process::print(answer.render().to_string().trim_end()),
+    };
+    match ended {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("error: {error}");
+            let _ = writeln!(stderr(), "error: {error}");
             ExitCode::FAILURE
         }
     }

@@ -6,6 +6,7 @@ use std::time::Instant;
 use clap::{Args, ValueEnum};
 
 use crate::artifacts::{self, Built};
+use crate::process::print;
 use crate::toolchain::{SOFT_FLOAT_TARGET, TARGET, Toolchain};
 use crate::workspace::Workspace;
 use crate::{Result, process};
@@ -59,7 +60,7 @@ impl Board {
 /// `cargo xtask firmware --design FILE`: builds, and prints where the images are.
 pub(crate) fn nodes(workspace: &Workspace, options: &Options) -> Result<()> {
     for image in build(workspace, options)?.binaries {
-        println!("{}", image.display());
+        print(image.display())?;
     }
     Ok(())
 }

@@ -8,6 +8,7 @@ use clap::ValueEnum;
 use serde_json::Value;
 
 use crate::nodes::Board;
+use crate::process::print;
 use crate::qemu::Qemu;
 use crate::workspace::Workspace;
 use crate::{Result, artifacts, nodes, process, size};
@@ -69,8 +70,8 @@ pub(crate) fn pil(workspace: &Workspace) -> Result<()> {
     Qemu::find_or_install()?;
     let host_sim = host_sim(workspace)?;
     let folder = tempfile::tempdir()?;
-    println!("{:49}   controller        actuator", "");
-    println!("design                 loop            N  cycles    sent    flash    RAM    flash    RAM");
+    print(format_args!("{:49}   controller        actuator", ""))?;
+    print("design                 loop            N  cycles    sent    flash    RAM    flash    RAM")?;
     for run in &RUNS {
         let options = nodes::Options {
             design: Some(run.design_file(workspace, folder.path())?),
@@ -85,13 +86,14 @@ pub(crate) fn pil(workspace: &Workspace) -> Result<()> {
         let outcome = images.outcome(&host_sim, &options, CYCLES)?;
         let number = |of: &str| outcome[of].as_u64().unwrap_or_default();
         let (length, sent) = (number("sequence_length"), number("sent"));
-        print!("{:<22} {:<14} {length:>2} {CYCLES:>7} {sent:>7}", run.design, run.changed());
+        let mut line = format!("{:<22} {:<14} {length:>2} {CYCLES:>7} {sent:>7}", run.design, run.changed());
         for (node, ..) in LIMITS {
-            print!("   {:>6} {:>6}", size::flash(images.0.binary(node)?)?, ram(&outcome, node)?);
+            let (flash, ram) = (size::flash(images.0.binary(node)?)?, ram(&outcome, node)?);
+            line.push_str(&format!("   {flash:>6} {ram:>6}"));
         }
-        println!();
+        print(line)?;
     }
-    println!("every frame and every applied input of all of them equal, to the bit; flash and RAM in bytes");
+    print("every frame and every applied input of all of them equal, to the bit; flash and RAM in bytes")?;
     Ok(())
 }
 

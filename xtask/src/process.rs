@@ -2,10 +2,20 @@
 
 use std::env;
 use std::ffi::OsStr;
+use std::fmt::Display;
+use std::io::{self, Write};
 use std::path::PathBuf;
 use std::process::{Command, ExitStatus, Stdio};
 
 use crate::Result;
+
+/// Prints a line on standard output. A reader that has seen enough and closes the pipe is no failure.
+pub(crate) fn print(line: impl Display) -> Result<()> {
+    match writeln!(io::stdout(), "{line}") {
+        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
+        outcome => outcome.map_err(|error| format!("standard output: cannot be written: {error}").into()),
+    }
+}
 
 /// Runs a command on this terminal; an exit status other than 0 is an error that shows the command.
 pub(crate) fn run(command: &mut Command) -> Result<()> {

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use object::{Object, ObjectSection, SectionFlags, SectionKind, elf};
 
+use crate::process::print;
 use crate::toolchain::Toolchain;
 use crate::workspace::Workspace;
 use crate::{Result, firmware};
@@ -23,13 +24,13 @@ struct Size {
 /// `cargo xtask size`.
 pub(crate) fn size(workspace: &Workspace) -> Result<()> {
     let images = firmware::build(workspace, &Toolchain::find(workspace)?)?.binaries;
-    println!("{:>10} {:>8} {:>8} {:>10} {:>8}   image", "text", "data", "bss", "flash", "RAM");
+    print(format_args!("{:>10} {:>8} {:>8} {:>10} {:>8}   image", "text", "data", "bss", "flash", "RAM"))?;
     for image in &images {
         let Size { text, data, bss } = of(image)?;
         let name = image.file_name().unwrap_or_default().to_string_lossy();
-        println!("{text:>10} {data:>8} {bss:>8} {:>10} {:>8}   {name}", text + data, data + bss);
+        print(format_args!("{text:>10} {data:>8} {bss:>8} {:>10} {:>8}   {name}", text + data, data + bss))?;
     }
-    println!("bytes; RAM without the stack");
+    print("bytes; RAM without the stack")?;
     Ok(())
 }
 

@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use crate::process::print;
 use crate::qemu::{Qemu, TICKS_PER_INSTRUCTION};
 use crate::toolchain::Toolchain;
 use crate::workspace::Workspace;
@@ -19,7 +20,7 @@ pub(crate) fn bench(workspace: &Workspace) -> Result<()> {
     if !ended.status.success() {
         return Err(format!("{SOLVE_COST} failed:\n{}", ended.output).into());
     }
-    print!("{}", table(&ended.output)?);
+    print(table(&ended.output)?.trim_end())?;
     Ok(())
 }
 

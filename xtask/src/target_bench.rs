@@ -7,6 +7,7 @@ use std::time::Duration;
 
 use crate::artifacts::Built;
 use crate::counts::{Count, Table};
+use crate::process::print;
 use crate::qemu::{Qemu, TICKS_PER_INSTRUCTION};
 use crate::toolchain::Toolchain;
 use crate::workspace::Workspace;
@@ -24,7 +25,7 @@ pub(crate) fn bench(workspace: &Workspace, update: bool) -> Result<()> {
     let toolchain = Toolchain::find(workspace)?;
     let built = firmware::build(workspace, &toolchain)?;
     let table = count(&Qemu::find_or_install()?, &built, &toolchain.description())?;
-    print!("{table}");
+    print(table.to_string().trim_end())?;
     if update {
         let file = snapshot(workspace);
         std::fs::write(&file, table.to_string())

@@ -141,6 +141,7 @@ fn what_is_no_frame_and_no_blob_has_a_message() {
         Decode::Capacity(205),
         Decode::Ages(206),
         Decode::Length,
+        Decode::Value,
         Decode::NotFinite,
     ];
     have_messages(&decode, &["201", "202", "203", "204", "205", "206"]);

@@ -48,6 +48,58 @@ fn frames_of_fixed_length_are_the_golden_bytes() {
     golden(tick, status, &[&[1, 11, 4, 1, 2, 3, 4, 1], &counts[..]].concat());
 }
 
+/// The frame of these bytes before the checksum.
+fn sealed(content: &[u8]) -> Vec<u8> {
+    let checksum = crc::Crc::<u32>::new(&crc::CRC_32_ISCSI).checksum(content);
+    [content, &checksum.to_le_bytes()].concat()
+}
+
+/// The values of one byte of a payload with which the frame is read; all others are refused, and each is written as it was read.
+fn values<S: Service>(service: S, at: usize) -> Vec<u8> {
+    let mut buffer = [0; LONGEST_SERVICE];
+    let frame = encode_service::<f32, S>(Tick(1), &service, &mut buffer).expect("there is room").to_vec();
+    let read = |value: u8| {
+        let mut content = frame[..frame.len() - 4].to_vec();
+        content[7 + at] = value;
+        let altered = sealed(&content);
+        match decode_service::<f32, S>(&altered) {
+            Ok((tick, service)) => {
+                let mut buffer = [0; LONGEST_SERVICE];
+                assert_eq!(encode_service::<f32, S>(tick, &service, &mut buffer), Ok(&altered[..]));
+                true
+            }
+            Err(error) => {
+                assert_eq!(error, DecodeError::Value, "{value}");
+                false
+            }
+        }
+    };
+    (0..=u8::MAX).filter(|value| read(*value)).collect()
+}
+
+#[test]
+fn a_value_that_a_field_cannot_have_is_an_error_and_never_another_value() {
+    assert_eq!(values(Clock { begins: true, period_us: 1 }, 0), [0, 1]);
+    assert_eq!(values(Ran { sent: true, duration: 1 }, 0), [0, 1]);
+    let answer = GainsAnswer { received: 1, verdict: Verdict::InForce };
+    assert_eq!(values(answer, 2), [0, 1, 2, 3, 4, 5, 6, 7]);
+    let tuned = Tuned { step: TuningStep::Kept, steps: 1, value: 0.0 };
+    assert_eq!(values(tuned, 0), [0, 1, 2]);
+    let status = Status {
+        role: Role::Actuator,
+        cycles: 1,
+        realigned: 0,
+        rejected: 0,
+        overruns: 0,
+        stack: 0,
+        variables: 0,
+    };
+    assert_eq!(values(status, 0), [0, 1]);
+    // A byte more that would make a longer spelling of the same number.
+    let longer = sealed(&[1, 8, 4, 1, 0, 0, 0, 1, 0, 0x81, 0]);
+    assert_eq!(decode_service::<f32, GainsAnswer>(&longer).map(|_| ()), Err(DecodeError::Value));
+}
+
 #[test]
 fn what_was_applied_is_read_back_with_its_age() {
     let applied = |age| Applied { tick: Tick(7), input: SVector::from([1.5_f32, -2.0]), age };

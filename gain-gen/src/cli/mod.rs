@@ -7,8 +7,8 @@
 
 mod options;
 
-use clap::Parser;
 use gain_gen::certificate::NotCertified;
+use gain_gen::console::{NotPrinted, parse, print, print_by, tell};
 use gain_gen::design::{Design, DesignError};
 use gain_gen::emit::{self, EmitError, Format, Output, WriteError};
 use gain_gen::lengths::Lengths;
@@ -18,7 +18,7 @@ use gain_gen::sweep::Sweep;
 use gain_gen::warnings;
 use options::{Cli, Command, FormatName, Source, SweptInputName};
 use slqg::DefaultInput;
-use std::io::{self, BufWriter, IsTerminal, StdoutLock, Write};
+use std::io::{self, IsTerminal};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -43,8 +43,8 @@ enum Failure {
     Preview(#[from] PreviewTooLong),
     #[error(transparent)]
     Write(#[from] WriteError),
-    #[error("stdout: cannot be written: {0}")]
-    Stdout(#[from] io::Error),
+    #[error(transparent)]
+    NotPrinted(#[from] NotPrinted),
 }
 
 impl Failure {
@@ -60,14 +60,18 @@ impl Failure {
             | Self::Emit(_)
             | Self::NotEmittable(_)
             | Self::Write(_)
-            | Self::Stdout(_) => 2,
+            | Self::NotPrinted(_) => 2,
         }
     }
 }
 
 /// Reads the command line, does what it asks and returns the exit status.
 pub(crate) fn run() -> ExitCode {
-    let outcome = match Cli::parse().command {
+    let command = match parse::<Cli>() {
+        Ok(cli) => cli.command,
+        Err(status) => return status,
+    };
+    let outcome = match command {
         Command::Report { source, method, json, mode_gains, margins, horizon, certificate } => {
             let mode_gains = if mode_gains { ModeGains::All } else { ModeGains::Small };
             let form = if json { Form::Json(mode_gains) } else { Form::Text };
@@ -83,7 +87,7 @@ pub(crate) fn run() -> ExitCode {
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
-            eprintln!("error: {failure}");
+            tell(format_args!("error: {failure}"));
             ExitCode::from(failure.status())
         }
     }
@@ -124,7 +128,7 @@ fn report(source: &Source, method: Method, form: Form, additions: &Additions) ->
         }
     }
     match form {
-        Form::Text => print(&report.to_string())?,
+        Form::Text => print(&report)?,
         Form::Json(mode_gains) => print_by(|stdout| report.write_json(stdout, mode_gains))?,
     }
     Ok(report.require_stable()?)
@@ -150,7 +154,7 @@ fn sweep(
     if let Some(path) = plot {
         emit::write(path, &sweep.to_svg())?;
     }
-    print(&if json { sweep.to_json() } else { sweep.to_string() })?;
+    print(if json { sweep.to_json() } else { sweep.to_string() })?;
     if sweep.is_any_stable() {
         return Ok(());
     }
@@ -203,18 +207,4 @@ fn watched<T>(told: &str, work: impl FnOnce() -> T) -> T {
         eprint!("\r\x1b[2K");
     }
     made
-}
-
-/// Prints an answer. A reader that has seen enough and closes the pipe is no failure.
-fn print(answer: &str) -> io::Result<()> {
-    print_by(|stdout| stdout.write_all(answer.as_bytes()))
-}
-
-/// Prints what `write` writes, likewise.
-fn print_by(write: impl FnOnce(&mut BufWriter<StdoutLock>) -> io::Result<()>) -> io::Result<()> {
-    let mut stdout = BufWriter::new(io::stdout().lock());
-    match write(&mut stdout).and_then(|()| stdout.flush()) {
-        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
-        outcome => outcome,
-    }
 }

@@ -20,7 +20,7 @@ mod standing;
 
 pub use emission::{Emission, Figures, TaskGains};
 pub use error::EmitError;
-pub use files::{File, WriteError, write, write_all};
+pub use files::{File, WriteError, is_written_through, open_through, write, write_all};
 pub use identity::design_id;
 pub use standing::Standing;
 

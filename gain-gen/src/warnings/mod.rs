@@ -16,6 +16,7 @@ mod sampling;
 mod spread;
 mod weights;
 
+use crate::console;
 use crate::design::{Design, DesignError, modes};
 use crate::solve::{Outcome, Solution};
 use nalgebra::{Complex, DMatrix};
@@ -70,7 +71,7 @@ pub fn load(path: &Path) -> Result<Design, DesignError> {
 
 /// Each on a line of stderr.
 pub fn tell(warnings: &[Warning]) {
-    warnings.iter().for_each(|warning| eprintln!("warning: {warning}"));
+    warnings.iter().for_each(|warning| console::tell(format_args!("warning: {warning}")));
 }
 
 /// Those of the square matrix `a`; `None` if the iteration for them does not converge.

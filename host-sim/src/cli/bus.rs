@@ -5,7 +5,7 @@ use super::{
     options::{refused, wrong},
 };
 use clap::Args;
-use gain_gen::{emit, warnings};
+use gain_gen::{console::print, emit, warnings};
 use host_sim::{
     bus_report,
     contender::{Contender, Kind},
@@ -56,8 +56,8 @@ pub(super) fn bus(options: &Options) -> Result<(), Failure> {
         })?;
     }
     match json {
-        true => println!("{}", bus_report::json(&design, bus)),
-        false => print!("{}", bus_report::text(&design, bus, &outcome)),
+        true => print(format_args!("{}\n", bus_report::json(&design, bus)))?,
+        false => print(bus_report::text(&design, bus, &outcome))?,
     }
     Ok(())
 }

@@ -2,7 +2,7 @@
 
 use super::{Failure, progress};
 use clap::Args;
-use gain_gen::emit;
+use gain_gen::{console::print, emit};
 use host_sim::figures::{
     Figure, by_length,
     cumulative::{self, LENGTHS},
@@ -37,7 +37,7 @@ pub(super) fn figures(options: &Options) -> Result<(), Failure> {
     for figure in Figure::ALL.into_iter().filter(|figure| only.is_empty() || only.contains(figure)) {
         let (table, files) = found(figure, options)?;
         let text = format!("Thesis figure {}\n\n{table}", figure.title());
-        println!("{text}");
+        print(format_args!("{text}\n"))?;
         write(&output.join(format!("figure-{}.txt", figure.name())), &text)?;
         for (name, content) in files {
             write(&output.join(format!("figure-{}-{name}", figure.name())), &content)?;

@@ -13,6 +13,7 @@ mod sweep;
 mod sweep_files;
 
 use clap::{Parser, Subcommand};
+use gain_gen::console::{NotPrinted, parse, print, tell};
 use host_sim::{
     identify,
     node::{self, NodeError},
@@ -66,8 +67,18 @@ enum Failure {
     Unstable(String),
 }
 
+impl From<NotPrinted> for Failure {
+    fn from(error: NotPrinted) -> Self {
+        Self::Input(error.to_string())
+    }
+}
+
 pub(crate) fn main() -> ExitCode {
-    let outcome = match &Cli::parse().command {
+    let command = match parse::<Cli>() {
+        Ok(cli) => cli.command,
+        Err(status) => return status,
+    };
+    let outcome = match &command {
         Command::Run(options) => run::run(options),
         Command::Sweep(options) => sweep::sweep(options),
         Command::Merge(options) => sweep_files::merge(options),
@@ -77,14 +88,14 @@ pub(crate) fn main() -> ExitCode {
         Command::Figures(options) => figures::figures(options),
         Command::Pil(options) => pil::pil(options),
         Command::Identify(options) => identify::run(options)
-            .map(|text| print!("{text}"))
-            .map_err(|error| Failure::Input(error.to_string())),
-        Command::Node(options) => {
-            node::run(options).map(|text| print!("{text}")).map_err(|error| match error {
+            .map_err(|error| Failure::Input(error.to_string()))
+            .and_then(|text| Ok(print(text)?)),
+        Command::Node(options) => node::run(options)
+            .map_err(|error| match error {
                 NodeError::Input(message) => Failure::Input(message),
                 NodeError::Unstable(message) => Failure::Unstable(message),
             })
-        }
+            .and_then(|text| Ok(print(text)?)),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
@@ -95,7 +106,7 @@ pub(crate) fn main() -> ExitCode {
 }
 
 fn fail(status: u8, message: &str) -> ExitCode {
-    eprintln!("error: {message}");
+    tell(format_args!("error: {message}"));
     ExitCode::from(status)
 }
 

@@ -7,6 +7,7 @@ use super::{
 };
 use clap::Args;
 use gain_gen::{
+    console::{print, tell},
     design::Design,
     emit::{Output, design_id},
     report::Report,
@@ -221,10 +222,10 @@ pub(super) fn pil(options: &Options) -> Result<(), Failure> {
     };
     let seconds = start.elapsed().as_secs_f64();
     if options.json {
-        println!("{}", outcome.json());
+        print(format_args!("{}\n", outcome.json()))?;
     } else {
-        print!("{}", outcome.text());
-        eprintln!("{:.0} cycles per second", cycles as f64 / seconds);
+        print(outcome.text())?;
+        tell(format_args!("{:.0} cycles per second", cycles as f64 / seconds));
     }
     match outcome.failures().join("; ") {
         failures if failures.is_empty() => Ok(()),

@@ -6,7 +6,7 @@ use super::{
     progress,
 };
 use clap::Args;
-use gain_gen::{design::Design, warnings};
+use gain_gen::{console::print, design::Design, warnings};
 use host_sim::{
     contender::{Contender, Kind},
     robustness::{self, Robustness},
@@ -47,9 +47,10 @@ pub(super) fn robustness(options: &Options) -> Result<(), Failure> {
     progress.finish_and_clear();
     match amount.json {
         true => {
-            println!("{}", serde_json::to_string_pretty(&table).expect("numbers and strings are always JSON"))
+            let json = serde_json::to_string_pretty(&table).expect("numbers and strings are always JSON");
+            print(format_args!("{json}\n"))?
         }
-        false => print!("{}", table.table()),
+        false => print(table.table())?,
     }
     Ok(())
 }

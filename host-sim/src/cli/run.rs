@@ -6,7 +6,7 @@ use super::{
     progress,
 };
 use clap::Args;
-use gain_gen::design::Design;
+use gain_gen::{console::print, design::Design};
 use host_sim::{
     contender::Contender,
     monte_carlo::{Outcome, Plan, Simulate},
@@ -58,18 +58,18 @@ pub(super) fn run(options: &Options) -> Result<(), Failure> {
     let simulation = Simulation { name: &design.name, sample_time, goal, plan, outcomes };
     pictures.write(&simulation, &design).map_err(|error| Failure::Input(error.to_string()))?;
     match amount.json {
-        true => println!("{}", output::json(&simulation)),
+        true => print(format_args!("{}\n", output::json(&simulation)))?,
         false => {
-            print!("{}", output::table(&simulation));
+            print(output::table(&simulation))?;
             let summaries: Vec<_> = simulation.outcomes.iter().map(|outcome| &outcome.summary).collect();
-            print!("{}", losses_table(plan, &summaries));
+            print(losses_table(plan, &summaries))?;
             if let Some(change) = &change {
-                print!("{}", adaptation_table(change, plan, &summaries));
+                print(adaptation_table(change, plan, &summaries))?;
             }
         }
     }
     if !amount.json {
-        print!("{}", pictures.told());
+        print(pictures.told())?;
     }
     Ok(())
 }

@@ -6,7 +6,11 @@ use super::{
     progress, sweep_files,
 };
 use clap::Args;
-use gain_gen::{design::Design, lengths::Lengths};
+use gain_gen::{
+    console::{print, tell},
+    design::Design,
+    lengths::Lengths,
+};
 use host_sim::{
     contender::Kind,
     monte_carlo::{Outcome, summarise},
@@ -74,18 +78,15 @@ pub(super) fn sweep(options: &Options) -> Result<(), Failure> {
     if experiment.shard.count() == 1 {
         let results = Results { experiment, entries };
         draw(options, &results)?;
-        sweep_files::print(&SweepSummary::new(&results, baseline), options.amount.json);
+        sweep_files::print(&SweepSummary::new(&results, baseline), options.amount.json)?;
         if !options.amount.json {
-            print!("{}", options.pictures.told());
+            print(options.pictures.told())?;
         }
     } else {
-        println!(
-            "shard {}: {} runs; put all shards together with `host-sim merge`",
-            experiment.shard,
-            entries.len()
-        );
+        let (shard, runs) = (experiment.shard, entries.len());
+        print(format_args!("shard {shard}: {runs} runs; put all shards together with `host-sim merge`\n"))?;
     }
-    unstable.iter().for_each(|message| eprintln!("not simulated: {message}"));
+    unstable.iter().for_each(|message| tell(format_args!("not simulated: {message}")));
     Ok(())
 }
 

@@ -2,7 +2,7 @@
 
 use super::Failure;
 use clap::Args;
-use gain_gen::emit;
+use gain_gen::{console, emit};
 use host_sim::{
     contender::Kind,
     sweep::{self, FileError, Results, SweepSummary},
@@ -50,14 +50,14 @@ pub(super) fn summary(options: &SummaryOptions) -> Result<(), Failure> {
     let controllers: Vec<_> = results.experiment.cases.iter().map(|case| case.controller).collect();
     let baseline = sweep::summary::baseline(options.baseline, &controllers)
         .map_err(|error| Failure::Input(format!("{}: {error}", options.file.display())))?;
-    print(&SweepSummary::new(&results, baseline), options.json);
-    Ok(())
+    print(&SweepSummary::new(&results, baseline), options.json)
 }
 
 /// The same at the end of a sweep and from its file.
-pub(super) fn print(summary: &SweepSummary, json: bool) {
+pub(super) fn print(summary: &SweepSummary, json: bool) -> Result<(), Failure> {
     match json {
-        true => println!("{}", summary.json()),
-        false => print!("{}", summary.table()),
+        true => console::print(format_args!("{}\n", summary.json()))?,
+        false => console::print(summary.table())?,
     }
+    Ok(())
 }

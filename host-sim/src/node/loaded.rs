@@ -13,6 +13,7 @@ use crate::{
     size_class::{InSizeClass, dispatch},
 };
 use gain_gen::{
+    console::tell,
     design::{Design, Goal},
     report::Report,
     solve::Method,
@@ -96,7 +97,7 @@ impl<'o> Loaded<'o> {
         let packets = event_loop::run(node, transport.as_mut(), limit, &stop)
             .map_err(|error| NodeError::Input(format!("nothing can be received any more: {error}")))?;
         for finding in node.findings() {
-            eprintln!("warning: {finding}");
+            tell(format_args!("warning: {finding}"));
         }
         let mut sections = node.sections();
         sections.push(packets);

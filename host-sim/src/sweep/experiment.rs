@@ -2,12 +2,14 @@
 
 use super::layout::Shard;
 use crate::contender::Kind;
-use crc::{CRC_64_XZ, Crc};
+use crc::{CRC_32_ISCSI, CRC_64_XZ, Crc};
 use gain_gen::design::Design;
 use serde::{Deserialize, Serialize};
 
 /// Version of the file's format.
-pub const FORMAT: u32 = 1;
+pub const FORMAT: u32 = 2;
+/// Of heads and rows.
+pub(super) static CHECKSUM: Crc<u32> = Crc::<u32>::new(&CRC_32_ISCSI);
 /// What the first line begins with.
 const MARK: &str = "# host-sim sweep ";
 /// Runs that are simulated together, of one case.
@@ -86,6 +88,11 @@ impl Experiment {
     pub fn head(&self) -> String {
         let json = serde_json::to_string(self).expect("numbers and strings are always JSON");
         format!("{MARK}{json}\n")
+    }
+
+    /// A checksum of the head, whatever the shard: rows of other experiments do not fit it.
+    pub(super) fn fingerprint(&self) -> u32 {
+        CHECKSUM.checksum(Self { shard: Shard::ALL, ..self.clone() }.head().as_bytes())
     }
 
     /// From the first line of a file.

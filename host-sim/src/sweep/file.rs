@@ -44,6 +44,16 @@ pub enum FileError {
         /// Its file.
         path: PathBuf,
     },
+    /// Another process writes it.
+    #[error(
+        "{}: another sweep is writing it; wait until that has ended, give this one another --output, or share the runs \
+         with --shard",
+        path.display()
+    )]
+    Busy {
+        /// The file.
+        path: PathBuf,
+    },
     /// Rows are missing.
     #[error("{}: found {found} of {expected} rows; continue the sweep with --resume", path.display())]
     Incomplete {
@@ -140,6 +150,7 @@ impl Started {
         if reader.headers().map_err(|error| error.to_string())? != Row::COLUMNS.as_slice() {
             return Err(format!("line 2: the columns are not {}", Row::COLUMNS.join(",")));
         }
+        let fingerprint = experiment.fingerprint();
         let mut expected = experiment.chunks().flat_map(|chunk| chunk.runs.map(move |run| (chunk.case, run)));
         let mut entries = Vec::new();
         for (line, record) in (3..).zip(reader.records()) {
@@ -151,7 +162,14 @@ impl Started {
             let record = record.map_err(|error| wrong(&error))?;
             let row: Row<'_> = record.deserialize(None).map_err(|error| wrong(&error))?;
             match expected.next() {
-                Some((case, run)) if row.is(&experiment.cases[case], run) => entries.push(row.entry()),
+                Some((case, run)) if row.is(&experiment.cases[case], run) => {
+                    if !row.is_unchanged(fingerprint) {
+                        return Err(wrong(
+                            &"the figures do not fit their check: changed after they were written",
+                        ));
+                    }
+                    entries.push(row.entry());
+                }
                 Some((case, run)) => {
                     let Case { design, controller, sequence_length } = &experiment.cases[case];
                     let controller = controller.name();

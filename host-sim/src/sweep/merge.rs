@@ -57,7 +57,7 @@ pub fn merge(paths: &[PathBuf]) -> Result<String, FileError> {
     for (number, chunk) in whole.chunks().enumerate() {
         let (entries, rest) = left[number % count].split_at(chunk.len());
         left[number % count] = rest;
-        bytes.extend(rows(&whole.cases[chunk.case], chunk.runs.start, entries));
+        bytes.extend(rows(&whole, chunk.case, chunk.runs.start, entries));
     }
     Ok(String::from_utf8(bytes).expect("rows are text"))
 }

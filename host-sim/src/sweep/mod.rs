@@ -19,6 +19,7 @@
 pub mod experiment;
 pub mod file;
 pub mod layout;
+mod lock;
 pub mod merge;
 pub mod paired;
 pub mod part;

@@ -1,10 +1,14 @@
 //! [`Part`]: the file that a sweep grows beside its output, and that takes the output's place when it is complete.
+//!
+//! An output that is no regular file, such as a pipe, gets the rows as they come, and cannot be continued.
 
 use super::{
     experiment::Experiment,
     file::{FileError, Results, Started},
+    lock::lock,
     row::{Entry, Row, rows},
 };
+use gain_gen::emit::{is_written_through, open_through};
 use std::{
     fs::{self, File, OpenOptions},
     io::Write,
@@ -19,11 +23,19 @@ pub fn part_path(output: &Path) -> PathBuf {
 }
 
 /// A sweep's file as it grows.
-#[derive(Debug)]
 pub struct Part {
-    file: File,
+    rows: Rows,
+    /// Where rows are written.
     path: PathBuf,
     output: PathBuf,
+}
+
+/// What takes the rows.
+enum Rows {
+    /// A file beside the output, locked.
+    Beside(File),
+    /// The output itself.
+    Through(Box<dyn Write + Send>),
 }
 
 impl Part {
@@ -31,25 +43,31 @@ impl Part {
     /// half-written last line is dropped.
     ///
     /// # Errors
-    /// There is one but it is not to be continued, is another experiment's or damaged; or it cannot be written.
+    /// There is one but it is not to be continued, another process writes it, or it is another experiment's or damaged; or it
+    /// cannot be written.
     pub fn open(
         output: &Path,
         experiment: &Experiment,
         resume: bool,
     ) -> Result<(Self, Vec<Entry>), FileError> {
-        let path = part_path(output);
-        if path.exists() && !resume {
-            return Err(FileError::Interrupted { path });
+        if is_written_through(output) {
+            let mut through = open_through(output).map_err(FileError::io(output, "opened"))?;
+            through.write_all(begin_of(experiment).as_bytes()).map_err(FileError::io(output, "written"))?;
+            let rows = Rows::Through(through);
+            return Ok((Self { rows, path: output.into(), output: output.into() }, Vec::new()));
         }
-        let started = match path.exists() {
-            true => started(&path, experiment)?,
-            false => None,
-        };
+        let path = part_path(output);
+        let was_there = path.exists();
         let mut file = OpenOptions::new()
             .create(true)
             .append(true)
             .open(&path)
             .map_err(FileError::io(&path, "opened"))?;
+        lock(&file, &path)?;
+        if was_there && !resume {
+            return Err(FileError::Interrupted { path });
+        }
+        let started = started(&path, experiment)?;
         let (length, entries) =
             started.map_or((0, Vec::new()), |started| (started.length, started.results.entries));
         let mut begin = || {
@@ -60,7 +78,7 @@ impl Part {
             }
         };
         begin().map_err(FileError::io(&path, "written"))?;
-        Ok((Self { file, path, output: output.into() }, entries))
+        Ok((Self { rows: Rows::Beside(file), path, output: output.into() }, entries))
     }
 
     /// Adds rows of runs from `first` on of a case: all of them or, if the process ends meanwhile, some.
@@ -74,16 +92,26 @@ impl Part {
         first: u64,
         entries: &[Entry],
     ) -> Result<(), FileError> {
-        let bytes = rows(&experiment.cases[case], first, entries);
-        self.file.write_all(&bytes).map_err(FileError::io(&self.path, "written"))
+        let bytes = rows(experiment, case, first, entries);
+        let written = match &mut self.rows {
+            Rows::Beside(file) => file.write_all(&bytes),
+            Rows::Through(output) => output.write_all(&bytes),
+        };
+        written.map_err(FileError::io(&self.path, "written"))
     }
 
-    /// Puts the complete file in the place of the output.
+    /// Puts the complete file in the place of the output, where it is not there already.
     ///
     /// # Errors
     /// It cannot be moved there.
     pub fn finish(self) -> Result<(), FileError> {
-        self.file.sync_all().map_err(FileError::io(&self.path, "written"))?;
+        let file = match self.rows {
+            Rows::Through(mut output) => {
+                return output.flush().map_err(FileError::io(&self.path, "written"));
+            }
+            Rows::Beside(file) => file,
+        };
+        file.sync_all().map_err(FileError::io(&self.path, "written"))?;
         fs::rename(&self.path, &self.output).map_err(FileError::io(&self.output, "replaced"))
     }
 }
@@ -115,7 +143,7 @@ fn started(path: &Path, experiment: &Experiment) -> Result<Option<Started>, File
 /// # Errors
 /// There is a file, but it is damaged or another experiment's.
 pub fn finished(output: &Path, experiment: &Experiment) -> Result<Option<Vec<Entry>>, FileError> {
-    if !output.exists() {
+    if !output.exists() || is_written_through(output) {
         return Ok(None);
     }
     let results = Results::load(output)?;

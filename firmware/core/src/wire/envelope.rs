@@ -168,11 +168,13 @@ impl<'f> Reader<'f> {
         Ok((raw.tick(), Self { rest: raw.payload() }))
     }
 
-    /// Takes a payload of fixed length.
-    pub(super) fn take<V: Deserialize<'f>>(&mut self) -> Result<V, DecodeError> {
-        let (value, rest) = postcard::take_from_bytes(self.rest).map_err(|_| DecodeError::Length)?;
+    /// Takes a payload of `len` bytes, all of whose fields have values that they may have.
+    pub(super) fn take<V: Deserialize<'f>>(&mut self, len: usize) -> Result<V, DecodeError> {
+        let (own, rest) = self.rest.split_at_checked(len).ok_or(DecodeError::Length)?;
+        // A number of a list that takes more than its byte takes those of others, and does not get through either.
+        let (value, left) = postcard::take_from_bytes(own).map_err(|_| DecodeError::Value)?;
         self.rest = rest;
-        Ok(value)
+        if left.is_empty() { Ok(value) } else { Err(DecodeError::Value) }
     }
 
     #[inline(always)]

@@ -114,6 +114,8 @@ pub enum DecodeError {
     Ages(u8),
     /// The payload is shorter or longer than it says.
     Length,
+    /// A field with a value that it cannot have: a flag that is neither 0 nor 1, a word of a list that nobody knows.
+    Value,
     /// A number that is not finite.
     NotFinite,
 }
@@ -130,6 +132,7 @@ impl core::fmt::Display for DecodeError {
             Self::Capacity(found) => write!(f, "{found} inputs, more than this receiver's capacity"),
             Self::Ages(found) => write!(f, "an acknowledgement of {found} cycles, not of 1 to {MOST_AGES}"),
             Self::Length => f.write_str("payload shorter or longer than it says"),
+            Self::Value => f.write_str("a field with a value that it cannot have"),
             Self::NotFinite => f.write_str("a number that is not finite"),
         }
     }

@@ -34,6 +34,8 @@ pub(super) const LONGEST: usize = 1 + 6 * 4;
 pub trait Service: Serialize + DeserializeOwned {
     /// Of the frame that carries it.
     const KIND: Kind;
+    /// Bytes of the payload.
+    const LEN: usize;
 }
 
 /// Writes a frame about cycle `tick`, [`super::LONGEST_SERVICE`] bytes at most; `T` is the scalar of the loop.
@@ -56,7 +58,7 @@ pub fn encode_service<'b, T: Scalar, S: Service>(
 /// Says why the bytes are none.
 pub fn decode_service<T: Scalar, S: Service>(frame: &[u8]) -> Result<(Tick, S), DecodeError> {
     let (tick, mut reader) = Reader::open::<T>(frame, S::KIND)?;
-    let service = reader.take()?;
+    let service = reader.take(S::LEN)?;
     reader.finish()?;
     Ok((tick, service))
 }
@@ -178,10 +180,11 @@ pub enum TuningStep {
 }
 
 macro_rules! service {
-    ($($name:ident),*) => {
+    ($($name:ident: $len:expr),*) => {
         $(impl Service for $name {
             const KIND: Kind = Kind::$name;
+            const LEN: usize = $len;
         })*
     };
 }
-service!(Clock, Ran, GainsAnswer, Question, Status, Tuned);
+service!(Clock: 1 + 4, Ran: 1 + 4, GainsAnswer: 2 + 1, Question: 0, Status: LONGEST, Tuned: 1 + 4 + 4);
