@@ -1,7 +1,9 @@
 //! `[wire]`: steps follow from limits, frames that fit are told by their length, and changes after reading are noticed.
 //! Rejected files are in `design_errors.rs`.
 
-use gain_gen::design::{Acknowledgement, Counted, Design, DeviceScalar, FrameBytes, Steps, WireSettings};
+use gain_gen::design::{
+    Acknowledgement, Authentication, Counted, Design, DeviceScalar, FrameBytes, Steps, WireSettings,
+};
 use gain_gen::report::Report;
 use gain_gen::solve::Method;
 
@@ -161,4 +163,40 @@ fn rounding_costs_what_the_quadratic_form_of_its_variance_says() {
     let p = 1.5;
     let found = Report::new(&design, Method::InFlight).rounding_cost().unwrap();
     assert!((found - (3.0 + 4.0 * p) / 12.0).abs() < 1e-9, "{found}");
+}
+
+#[test]
+fn sealed_frames_are_nine_bytes_longer_and_must_fit_all_the_same() {
+    let with = |format, length: &str| {
+        let [format, limits] = carried(format);
+        parsed(&[format, limits, ("sequence_length = 3", &format!("sequence_length = {length}"))])
+    };
+    let (plain, sealed) =
+        (with("format = \"bytes\"", "3"), with("format = \"bytes\"\nauthentication = \"cmac\"", "3"));
+    let (plain, sealed) = (plain.unwrap(), sealed.unwrap());
+    assert_eq!((plain.authentication, sealed.authentication), (Authentication::None, Authentication::Cmac));
+    let (plain, sealed) = (plain.carried_bytes().unwrap(), sealed.carried_bytes().unwrap());
+    assert_eq!(sealed.measurement, plain.measurement + 9);
+    assert_eq!(sealed.control, plain.control + 9);
+    assert_eq!(sealed.acknowledgement, plain.acknowledgement.map(|bytes| bytes + 9));
+
+    assert!(with("format = \"can-fd\"\nauthentication = \"cmac\"", "10").is_ok());
+    let refused = with("format = \"can-fd\"\nauthentication = \"cmac\"", "11").unwrap_err();
+    assert!(refused.contains("a control frame of 66 bytes"), "{refused}");
+    assert!(refused.contains("give at most 10, or"), "{refused}");
+    assert!(with("format = \"can-fd\"\nauthentication = \"none\"", "12").is_ok());
+}
+
+#[test]
+fn an_authentication_that_cannot_be_is_refused_at_its_key() {
+    let refused = |line: &str| parsed(&[("format = \"can-classic\"", line)]).unwrap_err();
+    let classic = refused("format = \"can-classic\"\nauthentication = \"cmac\"");
+    assert!(
+        classic.contains("wire.authentication: found \"cmac\" with format = \"can-classic\""),
+        "{classic}"
+    );
+    assert!(classic.contains("give format = \"can-fd\" or \"bytes\""), "{classic}");
+    let unknown = refused("format = \"can-classic\"\nauthentication = \"hmac\"");
+    assert!(unknown.contains("found the text \"hmac\"; give"), "{unknown}");
+    assert!(unknown.contains("\"none\"") && unknown.contains("\"cmac\""), "{unknown}");
 }

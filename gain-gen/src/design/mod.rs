@@ -49,7 +49,7 @@ pub use slqg_links::{
     markov::MarkovLink,
 };
 pub use tracking::{Goal, Preview, Tracking, Trajectory};
-pub use wire::{Counted, FrameBytes, Misfit, Steps, ValueLimits, WireSettings};
+pub use wire::{Authentication, Counted, FrameBytes, Misfit, Steps, ValueLimits, WireSettings};
 
 use document::{Document, Section};
 use std::path::Path;
@@ -75,6 +75,8 @@ pub struct Design {
     pub event: Option<Event>,
     /// What carries the frames.
     pub wire: WireSettings,
+    /// Whether frames are sealed.
+    pub authentication: Authentication,
     /// What both ends do where measurements or packets fail.
     pub safety: Safety,
     /// Where its keys are written.
@@ -125,12 +127,24 @@ impl Design {
             ControllerSettings::read(&root, plant.inputs(), network.sensor_to_controller.largest_delay())?;
         let event = Event::read(&root)?;
         let wire = WireSettings::read(&root, &plant, &controller, &mut network)?;
+        let authentication = Authentication::read(&root, &wire)?;
         let name = name.text()?.into();
         let places = Places::of(document, table.get_ref());
         let around = (&network, &controller, event.is_some());
         let safety = Safety::read(&root, &plant, around)?;
-        let mut design =
-            Design { name, plant, cost, network, controller, tracking, event, wire, safety, places };
+        let mut design = Design {
+            name,
+            plant,
+            cost,
+            network,
+            controller,
+            tracking,
+            event,
+            wire,
+            authentication,
+            safety,
+            places,
+        };
         bus::check(&root, &design)?;
         let mut arrives = design.run_on_bus();
         if let Some(tolerance) = tolerance {

@@ -1,7 +1,9 @@
 //! `[wire]`: what carries the nodes' frames, and in what steps values are counted where they are.
 //!
-//! Whether the design's frames fit their carrier is in `fit`, what a count of one stands for in `steps`; the bytes themselves are [`slqg::wire`]'s.
+//! Whether frames are sealed is in `authentication`, whether they fit their carrier in `fit`, what a count of one stands for in
+//! `steps`; the bytes themselves are [`slqg::wire`]'s.
 
+mod authentication;
 mod fit;
 mod steps;
 
@@ -9,8 +11,12 @@ use super::document::{Field, Section, counted};
 use super::{Acknowledgement, ControllerSettings, Design, DesignError, DeviceScalar, Network, Plant};
 use slqg::wire::can::MOST_CYCLES;
 
+pub use authentication::Authentication;
 pub use fit::{FrameBytes, Misfit};
 pub use steps::{Counted, Steps};
+
+/// Keys of the table.
+const KEYS: [&str; 3] = ["format", "output_limits", "authentication"];
 
 /// What carries the frames of the loop.
 #[derive(Debug, Clone, PartialEq)]
@@ -64,7 +70,7 @@ impl WireSettings {
         let Some(table) = root.optional("wire", "a table with the key format") else {
             return Ok(Self::Bytes);
         };
-        let wire = table.section(&["format", "output_limits"])?;
+        let wire = table.section(&KEYS)?;
         let format = wire.required("format", "\"bytes\", \"can-fd\" or \"can-classic\"")?;
         let words =
             [("bytes", Format::Bytes), ("can-fd", Format::CanFd), ("can-classic", Format::CanClassic)];

@@ -41,6 +41,9 @@ pub const ESTIMATES: usize = 1;
 /// Of how many of its last cycles each acknowledgement tells: hand it to `Actuator::acknowledgement`.
 pub const ACKNOWLEDGED_CYCLES: usize = 8;
 
+/// Whether frames are sealed, `wire.authentication`: both ends then belong behind a `slqg::authentication::Guard`.
+pub const AUTHENTICATED: bool = false;
+
 /// Length of a control cycle, in seconds.
 #[allow(clippy::approx_constant)]
 pub const SAMPLE_TIME: f64 = 0.02;

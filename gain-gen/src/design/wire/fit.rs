@@ -8,7 +8,7 @@ use slqg::wire::can::{
 };
 use slqg::wire::{acknowledgement_len, control_len, measurement_len};
 
-/// Bytes of each kind of frame.
+/// Bytes of each kind of frame, sealed where the design says so.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct FrameBytes {
     /// Of a measurement.
@@ -73,10 +73,11 @@ impl Design {
 
     fn frames_in(&self, scalar: DeviceScalar) -> FrameBytes {
         let (plant, bytes, cycles) = (&self.plant, bytes(scalar), self.network.acknowledged_cycles);
+        let head = self.authentication.bytes();
         FrameBytes {
-            measurement: measurement_len(plant.outputs(), bytes),
-            control: control_len(plant.inputs(), self.controller.sequence_length, bytes),
-            acknowledgement: acknowledges(&self.network).then(|| acknowledgement_len(cycles)),
+            measurement: head + measurement_len(plant.outputs(), bytes),
+            control: head + control_len(plant.inputs(), self.controller.sequence_length, bytes),
+            acknowledgement: acknowledges(&self.network).then(|| head + acknowledgement_len(cycles)),
         }
     }
 
@@ -100,7 +101,8 @@ impl Design {
         if frames.control <= FD_CAPACITY {
             return None;
         }
-        let longest = |scalar| longest_in_can_fd(self.plant.inputs(), scalar);
+        let room = FD_CAPACITY - self.authentication.bytes();
+        let longest = |scalar| longest_in(room, self.plant.inputs(), scalar);
         let found = format!(
             "found sequences of {} inputs: {}",
             self.controller.sequence_length,
@@ -144,9 +146,9 @@ impl Design {
     }
 }
 
-/// The longest sequence of `inputs` values each that fits a CAN FD frame; 0 if none does.
-fn longest_in_can_fd(inputs: usize, scalar: DeviceScalar) -> usize {
-    (FD_CAPACITY - control_len(0, 0, 0)) / (inputs * usize::from(bytes(scalar)))
+/// The longest sequence of `inputs` values each that fits a frame of `room` bytes; 0 if none does.
+fn longest_in(room: usize, inputs: usize, scalar: DeviceScalar) -> usize {
+    (room - control_len(0, 0, 0)) / (inputs * usize::from(bytes(scalar)))
 }
 
 fn bytes(scalar: DeviceScalar) -> u8 {

@@ -16,6 +16,7 @@ mod tuning;
 
 use super::literal::Table;
 use super::{Emission, EmitError};
+use crate::design::Authentication;
 use crate::figure::{counted, figure};
 use crate::solve::LoopProblem;
 use nalgebra::DMatrix;
@@ -110,6 +111,9 @@ fn sizes(emission: &Emission<'_>) -> String {
     }
     text + &format!(
         "
+/// Whether frames are sealed, `wire.authentication`: both ends then belong behind a `slqg::authentication::Guard`.
+pub const AUTHENTICATED: bool = {authenticated};
+
 /// Length of a control cycle, in seconds.
 #[allow(clippy::approx_constant)]
 pub const SAMPLE_TIME: f64 = {time:?};
@@ -117,6 +121,7 @@ pub const SAMPLE_TIME: f64 = {time:?};
 /// Scalar of all arithmetic on the device.
 pub type Scalar = {scalar};
 ",
+        authenticated = emission.design.authentication != Authentication::None,
         time = plant.sample_time,
         scalar = settings.scalar.name(),
     )

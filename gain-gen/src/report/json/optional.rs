@@ -12,7 +12,7 @@
 
 use super::Report;
 use crate::channels::ControlOnChannel;
-use crate::design::{Steps, WireSettings};
+use crate::design::{Authentication, Steps, WireSettings};
 use crate::json::{Rows, rows, triangles};
 use crate::solve::{Law, Outcome};
 use nalgebra::DMatrix;
@@ -176,6 +176,8 @@ impl Event {
 #[derive(Serialize)]
 pub(super) struct Wire {
     format: &'static str,
+    /// `none` or `cmac`; the bytes are those of sealed frames.
+    authentication: &'static str,
     /// Data bytes of each CAN frame; null if it is too small.
     measurement_bytes: Option<usize>,
     control_bytes: Option<usize>,
@@ -206,8 +208,10 @@ impl Wire {
             output_steps: outputs.steps,
             rounding_cost: report.rounding_cost(),
         });
-        (design.wire != WireSettings::Bytes).then(|| Self {
+        let is_sealed = design.authentication != Authentication::None;
+        (design.wire != WireSettings::Bytes || is_sealed).then(|| Self {
             format: design.wire.name(),
+            authentication: design.authentication.name(),
             measurement_bytes: bytes.map(|bytes| bytes.measurement),
             control_bytes: bytes.map(|bytes| bytes.control),
             acknowledgement_bytes: bytes.and_then(|bytes| bytes.acknowledgement),

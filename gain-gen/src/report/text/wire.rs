@@ -4,17 +4,25 @@ use super::super::Report;
 use super::super::figure::{figure, percent};
 use super::super::rounding::deviation;
 use super::line;
-use crate::design::{FrameBytes, Steps, WireSettings};
+use crate::design::{Authentication, FrameBytes, Steps, WireSettings};
 use core::fmt::{self, Formatter};
 
 impl Report {
     /// Nothing where full frames travel as they are.
     pub(super) fn wire(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        let wire = &self.design.wire;
-        if *wire == WireSettings::Bytes {
+        let (wire, authentication) = (&self.design.wire, self.design.authentication);
+        if *wire == WireSettings::Bytes && authentication == Authentication::None {
             return Ok(());
         }
         writeln!(f, "\nWire: {}", wire.name())?;
+        if authentication != Authentication::None {
+            let bytes = authentication.bytes();
+            let told = format!("{:<12}a tag and its head, {bytes} bytes a frame", authentication.name());
+            line(f, "authentication", told)?;
+        }
+        if *wire == WireSettings::Bytes {
+            return Ok(());
+        }
         if let Some(misfit) = self.design.misfit() {
             return line(f, "does not fit", misfit);
         }
