@@ -8,13 +8,15 @@
 //! | `SLQG_ACCEPT_UNDECIDED_STABILITY` | 1: a loop whose stability is undecided is built, too | it is refused |
 //! | `SLQG_SLICES` | slices of a solution that a controller that tunes itself does in a cycle | 4 |
 //! | `DEFMT_LOG` | least level of messages that are kept | `info` |
+//! | `SLQG_KEYS` | a key file, or `test` for keys that everybody knows; with feature `authentication`, and only then | no guard |
 //! | `SLQG_BOARD` | a folder of `boards/`, or `other`: the program for the board is another crate's | by the target |
 
 use gain_gen::{
     build::Compile,
-    design::{Design, DeviceScalar},
+    design::{Authentication, Design, DeviceScalar},
     emit::design_id,
     joining::joining_covariance,
+    keys::KeyFile,
 };
 use slqg::DefaultInput;
 use std::{
@@ -92,6 +94,32 @@ fn compile_design() {
         slices(),
     ) + &joining_model(design);
     fs::write(folder("OUT_DIR").join("dimensions.rs"), dimensions).expect("OUT_DIR can be written");
+    if env::var("CARGO_CFG_TARGET_OS").as_deref() == Ok("none") {
+        write_keys(design, &path);
+    }
+}
+
+/// Writes `keys.rs` for a guard, which the nodes have if and only if the design says so.
+fn write_keys(design: &Design, path: &Path) {
+    let is_sealed = design.authentication == Authentication::Cmac;
+    let (found, is_built) = (variable("SLQG_KEYS"), env::var_os("CARGO_FEATURE_AUTHENTICATION").is_some());
+    if is_built != is_sealed || found.is_some() != is_sealed {
+        let name = design.authentication.name();
+        let advice = if is_sealed {
+            "build with the feature `authentication`, and SLQG_KEYS=FILE with the loop's keys"
+        } else {
+            "build without the feature `authentication` and without SLQG_KEYS, or give \"cmac\""
+        };
+        panic!("{}: wire.authentication is {name:?}: {advice}", path.display());
+    }
+    let Some(keys) = found else { return };
+    let keys = if keys == "test" {
+        KeyFile::of_tests()
+    } else {
+        println!("cargo:rerun-if-changed={keys}");
+        KeyFile::read(Path::new(&keys)).unwrap_or_else(|error| panic!("SLQG_KEYS: {error}"))
+    };
+    fs::write(folder("OUT_DIR").join("keys.rs"), keys.source()).expect("OUT_DIR can be written");
 }
 
 fn slices() -> usize {

@@ -13,6 +13,7 @@ mod extended;
 mod figure;
 pub mod joining;
 mod json;
+pub mod keys;
 pub mod lengths;
 pub mod margins;
 mod paragraph;

@@ -1,6 +1,6 @@
 //! The two nodes for a design and a board.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::{Args, ValueEnum};
@@ -32,6 +32,9 @@ pub(crate) struct Options {
     /// Slices of a solution that it does in a cycle
     #[arg(long, requires = "tuning", value_parser = clap::value_parser!(u16).range(1..))]
     pub(crate) slices: Option<u16>,
+    /// Build nodes whose frames are sealed, for a design that says so: a key file, or `test` for keys that everybody knows
+    #[arg(long, value_name = "FILE|test", requires = "design")]
+    pub(crate) keys: Option<PathBuf>,
     /// The board that the nodes are for
     #[arg(long, value_enum, default_value_t = Board::Mps2An386, requires = "design")]
     pub(crate) board: Board,
@@ -65,6 +68,14 @@ pub(crate) fn nodes(workspace: &Workspace, options: &Options) -> Result<()> {
     Ok(())
 }
 
+/// A key file as the build script finds it, which runs elsewhere.
+fn absolute(keys: &Path) -> Result<PathBuf> {
+    if keys == Path::new("test") {
+        return Ok(keys.into());
+    }
+    Ok(keys.canonicalize().map_err(|error| format!("--keys: {}: {error}", keys.display()))?)
+}
+
 /// Builds the nodes.
 pub(crate) fn build(workspace: &Workspace, options: &Options) -> Result<Built> {
     let toolchain = Toolchain::find_for(workspace, options.board.target())?;
@@ -73,6 +84,9 @@ pub(crate) fn build(workspace: &Workspace, options: &Options) -> Result<Built> {
     command.args(["--package", "slqg-nodes", "--bins", "--profile", "firmware"]);
     if options.tuning {
         command.args(["--features", "tuning"]);
+    }
+    if let Some(keys) = &options.keys {
+        command.args(["--features", "authentication"]).env("SLQG_KEYS", absolute(keys)?);
     }
     if let Some(slices) = options.slices {
         command.env("SLQG_SLICES", slices.to_string());

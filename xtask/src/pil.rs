@@ -79,6 +79,7 @@ pub(crate) fn pil(workspace: &Workspace) -> Result<()> {
             default_input: run.holds.then(|| "hold".to_owned()),
             tuning: false,
             slices: None,
+            keys: None,
             accept_undecided_stability: true,
             board: Board::Mps2An386,
         };
@@ -115,6 +116,7 @@ pub(crate) fn check(workspace: &Workspace) -> Result<()> {
             // The controller that tunes itself beside the others; it does as many slices as `host-sim` expects.
             tuning: board == Board::Mps2An386,
             slices: None,
+            keys: None,
             accept_undecided_stability: false,
             board,
         };

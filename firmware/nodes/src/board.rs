@@ -66,6 +66,9 @@ pub enum Notice {
     Gains(Verdict),
     /// A controller that tunes itself has done something about its gains.
     Tuned(TuningStep),
+    /// Frames that are refused for their tags come too often.
+    #[cfg(feature = "authentication")]
+    Alarm(slqg::authentication::Alarm),
     /// A frame changed nothing; holds what kind it said it was, 0 if nothing.
     Rejected(u8),
 }

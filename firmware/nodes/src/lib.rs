@@ -9,6 +9,8 @@
 //! | `reference` | samples of the reference that are known ahead |
 //! | `can` | a node's line over a CAN bus, through the traits of `embedded-can` |
 //! | `board` | what node and board need of each other |
+//! | `guarded` | a node whose frames are sealed, with the feature `authentication` |
+//! | `front` | what stands between a board's line and its node: a guard or nothing |
 //! | `health` | what a node tells of itself |
 //! | `boards/` | a folder for each board, and the peripherals that several have: UART, watchdog, memory |
 //! | `program` | the main loop on a board: interrupts, queues, timer; and what is left when it fails |
@@ -27,6 +29,10 @@ pub mod board;
 pub mod can;
 pub mod clock;
 pub mod controller;
+#[cfg(board)]
+pub mod front;
+#[cfg(feature = "authentication")]
+pub mod guarded;
 mod health;
 pub mod laws;
 mod reference;

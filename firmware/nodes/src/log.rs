@@ -69,6 +69,8 @@ pub(crate) fn note(notice: Notice) {
         Notice::Tuned(TuningStep::Started) => defmt::info!("the link has changed: solving"),
         Notice::Tuned(TuningStep::Switched) => defmt::info!("new gains in force"),
         Notice::Tuned(TuningStep::Kept) => defmt::warn!("no gains found: those in force stay"),
+        #[cfg(feature = "authentication")]
+        Notice::Alarm(alarm) => defmt::warn!("too many frames refused: {=u8}", alarm as u8),
         Notice::Rejected(kind) => defmt::debug!("frame of kind {=u8} changed nothing", kind),
     }
 }

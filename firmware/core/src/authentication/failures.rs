@@ -18,6 +18,14 @@ pub struct Failures {
     pub repeated: u32,
 }
 
+impl Failures {
+    /// All of them.
+    pub fn all(&self) -> u32 {
+        let Self { strange, damaged, no_session, forged, repeated } = *self;
+        [damaged, no_session, forged, repeated].into_iter().fold(strange, u32::saturating_add)
+    }
+}
+
 /// What has come too often.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]

@@ -27,6 +27,10 @@ pub(crate) const LOG: Uart = Uart { registers: unsafe { Registers::at(0x4000_d00
 /// The watchdog.
 // SAFETY: the watchdog likewise.
 pub(crate) const WATCHDOG: Watchdog = Watchdog(unsafe { Registers::at(0x4000_0000) });
+/// Stands for memory that outlives power, of which the board has none: the last page of the RAM, which the emulator fills.
+#[cfg(feature = "authentication")]
+// SAFETY: memory that the linker's map leaves out.
+pub(crate) const KEPT: Registers = unsafe { Registers::at(0x2000_f000) };
 // SAFETY: port A likewise.
 const PORT_A: Registers = unsafe { Registers::at(0x4000_4000) };
 // SAFETY: the system control likewise.

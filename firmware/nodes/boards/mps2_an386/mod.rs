@@ -26,6 +26,10 @@ pub(crate) const LOG: Uart = Uart { registers: unsafe { Registers::at(0x4000_500
 /// The watchdog.
 // SAFETY: the watchdog likewise.
 pub(crate) const WATCHDOG: Watchdog = Watchdog(unsafe { Registers::at(0x4000_8000) });
+/// Stands for memory that outlives power, of which the board has none: RAM behind that of the program, which the emulator fills.
+#[cfg(feature = "authentication")]
+// SAFETY: memory that the linker's map leaves out.
+pub(crate) const KEPT: Registers = unsafe { Registers::at(0x2001_0000) };
 
 const CMSDK: Layout =
     Layout { data: 0x0, state: 0x4, transmit_full: 1 << 0, receive: RECEIVE_FULL, received: RECEIVE_FULL };

@@ -11,8 +11,11 @@ fn main() {
 #[cortex_m_rt::entry]
 fn main() -> ! {
     use slqg_nodes::actuator::{LONGEST_IN, LONGEST_OUT, Node};
+    use slqg_nodes::front::{longest, of_actuator};
     let mut memory = slqg_nodes::design::ACTUATOR_MEMORY;
-    slqg_nodes::program::run::<_, LONGEST_IN, { slqg::wire::serial::stuffed_len(LONGEST_OUT) }>(Node::new(
-        &mut memory,
-    ))
+    slqg_nodes::program::run::<
+        _,
+        { longest(LONGEST_IN) },
+        { slqg::wire::serial::stuffed_len(longest(LONGEST_OUT)) },
+    >(of_actuator(Node::new(&mut memory)))
 }

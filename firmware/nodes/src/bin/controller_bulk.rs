@@ -11,6 +11,7 @@ fn main() {
 #[cortex_m_rt::entry]
 fn main() -> ! {
     use slqg_nodes::controller::{LONGEST_IN, LONGEST_OUT, Node};
+    use slqg_nodes::front::{longest, of_controller};
     use slqg_nodes::{
         design::Memory,
         laws::{BANK_MEMORY, Sent},
@@ -18,8 +19,9 @@ fn main() -> ! {
     let mut memory = Memory::new();
     let mut bank = [0.0; BANK_MEMORY];
     let mut laws = Sent::new(&mut bank);
-    slqg_nodes::bulk::run::<_, LONGEST_IN, { slqg::wire::serial::stuffed_len(LONGEST_OUT) }>(Node::new(
-        &mut memory,
-        &mut laws,
-    ))
+    slqg_nodes::bulk::run::<
+        _,
+        { longest(LONGEST_IN) },
+        { slqg::wire::serial::stuffed_len(longest(LONGEST_OUT)) },
+    >(of_controller(Node::new(&mut memory, &mut laws)))
 }

@@ -11,11 +11,13 @@ fn main() {
 #[cortex_m_rt::entry]
 fn main() -> ! {
     use slqg_nodes::controller::{LONGEST_IN, LONGEST_OUT, Node};
+    use slqg_nodes::front::{longest, of_controller};
     use slqg_nodes::{design::Memory, laws::Tuned};
     let mut memory = Memory::new();
     let mut laws = Tuned::only();
-    slqg_nodes::bulk::run::<_, LONGEST_IN, { slqg::wire::serial::stuffed_len(LONGEST_OUT) }>(Node::new(
-        &mut memory,
-        &mut laws,
-    ))
+    slqg_nodes::bulk::run::<
+        _,
+        { longest(LONGEST_IN) },
+        { slqg::wire::serial::stuffed_len(longest(LONGEST_OUT)) },
+    >(of_controller(Node::new(&mut memory, &mut laws)))
 }
