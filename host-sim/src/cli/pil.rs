@@ -8,7 +8,7 @@ use super::{
 use clap::Args;
 use gain_gen::{
     console::{print, tell},
-    design::Design,
+    design::{Authentication, Design},
     emit::{Output, design_id},
     report::Report,
     solve::Method,
@@ -187,6 +187,7 @@ pub(super) fn pil(options: &Options) -> Result<(), Failure> {
             board: options.board,
             transport: options.transport,
             slices: options.tuning.then_some(options.slices.into()),
+            is_sealed: design.authentication == Authentication::Cmac,
         })
         .map_err(|error| input(&error))?,
     };

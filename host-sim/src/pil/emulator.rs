@@ -74,6 +74,14 @@ impl Board {
         }
     }
 
+    /// Where the memory is that stands for one that outlives power, as in `firmware/nodes/boards`.
+    fn kept(self) -> u32 {
+        match self {
+            Self::Mps2An386 => 0x2001_0000,
+            Self::Lm3s6965evb => 0x2000_f000,
+        }
+    }
+
     /// Cycles of the processor in a second.
     fn core_hz(self) -> f64 {
         match self {
@@ -137,14 +145,17 @@ pub(super) struct Line {
 }
 
 impl Emulator {
-    /// Starts the image of the node `role`, with its line. Its log goes on where it ends.
-    pub(super) fn start(setup: &Setup, files: &Files, role: Role) -> io::Result<(Self, Line)> {
+    /// Starts the image of the node `role`, with its line. Its log goes on where it ends. `boots` is what a counter of boots that
+    /// outlives power says: QEMU writes it to memory that the program leaves alone.
+    pub(super) fn start(setup: &Setup, files: &Files, role: Role, boots: u32) -> io::Result<(Self, Line)> {
         let program = find_emulator().map_err(io::Error::other)?;
         let mut command = Command::new(absolute(program)?);
         command.args(["-M", setup.board.machine(), "-display", "none", "-monitor", "none"]);
         if setup.counts {
             command.args(["-icount", &format!("shift={COUNT_SHIFT}")]);
         }
+        let kept = setup.board.kept();
+        command.args(["-device", &format!("loader,addr={kept:#x},data={boots},data-len=4")]);
         command.arg("-kernel").arg(absolute(&setup.image)?).current_dir(files.lines());
         command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped());
         let line = match setup.transport {

@@ -20,11 +20,16 @@ use nalgebra::SVector;
 use slqg::{
     Age, Scalar, Tick,
     actuator::Applied,
+    authentication::HEAD_LEN,
+    blob::DesignId,
     controller::Law,
     estimator::Estimate,
     wire::{self, GainsAnswer, Kind, Ran, Role, Status, Tuned, Verdict},
 };
+use std::collections::HashMap;
 
+/// Rounds after which a handshake has come to an end: three hellos, and those that cross them.
+const MOST_ROUNDS: usize = 16;
 /// Samples of the reference in one frame, as many as the nodes take.
 const SAMPLES: usize = 8;
 
@@ -42,6 +47,8 @@ pub(super) struct Boards<'a, T, const NX: usize, const NU: usize> {
     pub(super) dimensions: Dimensions,
     /// Tracked outputs.
     pub(super) tracked: usize,
+    /// Whose plant sealed frames are; `None` if they are plain.
+    pub(super) sealed: Option<DesignId>,
 }
 
 /// Time that the controller's cycles took, in ticks of its node's clock.
@@ -58,6 +65,10 @@ pub(super) struct BoardEnds<'f, T: Scalar, const NX: usize, const NU: usize, con
     boards: Boards<'f, T, NX, NU>,
     twin: CoreEnds<'f, T, NX, NU, NY>,
     nodes: [Option<Remote>; 2],
+    /// Nodes that were started so far.
+    starts: u32,
+    /// What was before frames that the nodes have sealed in the sessions that stand.
+    heads: HashMap<Vec<u8>, [u8; HEAD_LEN]>,
     transfer: Option<Transfer<'f>>,
     cycle: usize,
     /// The first sample of the reference that the controller has not been sent.
@@ -84,6 +95,8 @@ impl<'f, T: Scalar, const NX: usize, const NU: usize, const NY: usize> BoardEnds
             boards,
             twin,
             nodes: [None, None],
+            starts: 0,
+            heads: HashMap::new(),
             cycle: 0,
             next_sample: 0,
             frame: Vec::new(),
@@ -98,14 +111,54 @@ impl<'f, T: Scalar, const NX: usize, const NU: usize, const NY: usize> BoardEnds
     }
 
     fn start_node(&mut self, role: Role) -> Result<(), NodeFailure> {
-        let node = Remote::start::<T>(
-            &self.boards.setups[role as usize],
-            role,
-            self.boards.files,
-            Tick(self.cycle as u32),
-        )?;
+        self.starts += 1;
+        let Boards { setups, files, sealed, .. } = &self.boards;
+        let node = Remote::start::<T>(&setups[role as usize], role, files, self.starts, *sealed)?;
         self.nodes[role as usize] = Some(node);
+        if sealed.is_some() {
+            self.shake_hands()?;
+        }
+        if let Some(node) = &mut self.nodes[role as usize] {
+            node.clock::<T>(Tick(self.cycle as u32), false);
+        }
         Ok(())
+    }
+
+    /// Lets the nodes say hello, to the simulator and to each other, until nobody has anything to say. Frames that were sealed
+    /// before are none of the session that begins.
+    fn shake_hands(&mut self) -> Result<(), NodeFailure> {
+        self.heads.clear();
+        for _ in 0..MOST_ROUNDS {
+            for node in self.nodes.iter_mut().flatten() {
+                node.status::<T>()?;
+            }
+            self.pass_hellos_on();
+            if !self.nodes.iter().flatten().any(Remote::is_waited_for) {
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    /// Hands each node the other's hellos. One whose peer is not there speaks to nobody.
+    fn pass_hellos_on(&mut self) {
+        let hellos = self.nodes.each_mut().map(|node| node.as_mut().map_or_else(Vec::new, Remote::hellos));
+        for (hellos, node) in hellos.iter().zip(self.nodes.iter_mut().rev()) {
+            let Some(node) = node else { continue };
+            hellos.iter().for_each(|hello| node.send_bytes(hello));
+        }
+    }
+
+    /// Hands a node a frame that the other one has made, as that has sealed it. Whether it could be: one of a session that has
+    /// ended is lost.
+    fn hand_on(&mut self, role: Role, frame: &[u8]) -> bool {
+        let Some(node) = &mut self.nodes[role as usize] else { return false };
+        match (self.boards.sealed, self.heads.get(frame)) {
+            (None, _) => node.send_bytes(frame),
+            (Some(_), Some(head)) => node.send_bytes(&[&head[..], frame].concat()),
+            (Some(_), None) => return false,
+        }
+        true
     }
 
     /// How both nodes are; one that is not there is started for it.
@@ -199,8 +252,16 @@ impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize> Ends<T, NX, N
     }
 
     fn to_controller(&mut self, packet: &[u8]) {
-        if let Some(node) = &mut self.nodes[Role::Controller as usize] {
-            node.send(&self.boards.dimensions.for_controller(packet));
+        let frame = self.boards.dimensions.for_controller(packet);
+        let is_there = match (Kind::of(packet), &mut self.nodes[Role::Controller as usize]) {
+            (_, None) => false,
+            (Some(Kind::Acknowledgement), _) => self.hand_on(Role::Controller, &frame),
+            (_, Some(node)) => {
+                node.send(&frame);
+                true
+            }
+        };
+        if is_there {
             self.twin.to_controller(packet);
         }
     }
@@ -216,6 +277,7 @@ impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize> Ends<T, NX, N
         let tick = Tick(cycle as u32);
         let Ok(expected) = self.twin.control(cycle, channel);
         let frames = node.step::<T>(tick, Kind::Ran)?;
+        self.heads.extend(node.sealed());
         let (mut sent, mut tuned) = (None, None);
         for frame in &frames {
             match Kind::of(frame) {
@@ -244,12 +306,12 @@ impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize> Ends<T, NX, N
         self.tuned.extend(tuned.map(|tuned| (cycle, tuned)));
         let is_sent = sent.is_some();
         self.frame = sent.unwrap_or_default();
+        self.pass_hellos_on();
         Ok(is_sent.then_some(&*self.frame))
     }
 
     fn to_actuator(&mut self, packet: &[u8]) {
-        if let Some(node) = &mut self.nodes[Role::Actuator as usize] {
-            node.send(&self.boards.dimensions.for_actuator(packet));
+        if self.hand_on(Role::Actuator, &self.boards.dimensions.for_actuator(packet)) {
             self.twin.to_actuator(packet);
         }
     }
@@ -262,6 +324,7 @@ impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize> Ends<T, NX, N
         };
         let Ok((expected, told)) = self.twin.play();
         let frames = node.step::<T>(tick, Kind::Applied)?;
+        self.heads.extend(node.sealed());
         let mut applied = None;
         self.frame.clear();
         for frame in &frames {
@@ -278,6 +341,7 @@ impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize> Ends<T, NX, N
         let difference = Difference::of_applied(self.cycle, &expected, &applied)
             .or_else(|| Difference::of_acknowledgement(self.cycle, told, &self.frame));
         self.differs(difference);
+        self.pass_hellos_on();
         Ok((applied, Some(&*self.frame)))
     }
 

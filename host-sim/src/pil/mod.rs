@@ -5,6 +5,7 @@
 //! | `emulator` | a board in QEMU, and the line to it |
 //! | `files` | where lines and logs are, and which of them stay |
 //! | `remote` | a node on a board: frames to it and from it |
+//! | `sealed` | sensor, clock and host of nodes whose frames are sealed |
 //! | `frames` | frames of a size class to those of the design's own dimensions and back |
 //! | `ends` | both nodes as ends of the loop, with a twin in this process |
 //! | `difference` | the first thing in which board and simulator differ |
@@ -26,6 +27,7 @@ mod outcome;
 mod remote;
 mod replacement;
 mod restart;
+mod sealed;
 mod telling;
 
 use crate::{
@@ -39,7 +41,10 @@ use crate::{
 };
 use ends::{BoardEnds, Boards};
 use frames::Dimensions;
-use gain_gen::design::Design;
+use gain_gen::{
+    design::{Authentication, Design},
+    emit::design_id,
+};
 use slqg::{Scalar, controller::Law};
 
 pub use difference::Difference;
@@ -130,6 +135,7 @@ impl<P: Fn() + Sync> Pil<'_, P> {
                 outputs: [design.plant.outputs(), NY],
             },
             tracked: design.tracking.as_ref().map_or(0, |tracking| tracking.outputs()),
+            sealed: (design.authentication == Authentication::Cmac).then(|| design_id(design)),
         };
         let mut memory = Lent::for_ends(&fitted)?;
         let twin = CoreEnds::new(&fitted, contender, &mut memory);

@@ -3,10 +3,13 @@
 use super::{
     emulator::{Emulator, Line, Setup},
     files::Files,
+    sealed::{Came, Seals},
 };
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use slqg::{
     Scalar, Tick,
+    authentication::HEAD_LEN,
+    blob::DesignId,
     wire::{
         self, Clock, Kind, Question, Role, Status,
         serial::{Unstuffer, stuff, stuffed_len},
@@ -81,24 +84,26 @@ pub(super) struct Remote {
     to_send: Vec<u8>,
     /// Frames from the node that have not been asked for.
     received: VecDeque<Vec<u8>>,
+    /// The simulator's part, if frames are sealed.
+    seals: Option<Seals>,
+    /// Frames that the node has sealed, with what was before them.
+    sealed: Vec<(Vec<u8>, [u8; HEAD_LEN])>,
     cycle: u32,
     log: PathBuf,
 }
 
 impl Remote {
-    /// Starts the board, waits until its node says that it is there, and tells it that cycle `tick` comes next.
+    /// Starts the board and waits until its node says that it is there. `start`: which start of a node it is, counted from 1.
     pub(super) fn start<T: Scalar>(
         setup: &Setup,
         role: Role,
         files: &Files,
-        tick: Tick,
+        start: u32,
+        sealed: Option<DesignId>,
     ) -> Result<Self, NodeFailure> {
         let log = files.log(role);
-        let (emulator, line) = Emulator::start(setup, files, role).map_err(|reason| NodeFailure::Line {
-            role,
-            reason,
-            log: log.clone(),
-        })?;
+        let (emulator, line) = Emulator::start(setup, files, role, start)
+            .map_err(|reason| NodeFailure::Line { role, reason, log: log.clone() })?;
         let mut node = Self {
             role,
             emulator,
@@ -106,6 +111,8 @@ impl Remote {
             unstuffer: Box::default(),
             to_send: vec![0],
             received: VecDeque::new(),
+            seals: sealed.map(|design| Seals::new(design, start)),
+            sealed: Vec::new(),
             cycle: 0,
             log,
         };
@@ -114,18 +121,47 @@ impl Remote {
         if status.role != role {
             return Err(node.damaged(format!("it says that it is the {}", name(status.role))));
         }
-        node.clock::<T>(tick, false);
         Ok(node)
     }
 
-    fn clock<T: Scalar>(&mut self, tick: Tick, begins: bool) {
+    /// Tells the node that a cycle begins, or comes next.
+    pub(super) fn clock<T: Scalar>(&mut self, tick: Tick, begins: bool) {
         let mut buffer = [0; wire::LONGEST_SERVICE];
         let clock = wire::encode_service::<T, _>(tick, &Clock { begins, period_us: 0 }, &mut buffer);
         self.send(clock.expect("there is room"));
     }
 
-    /// Puts a frame in the queue for the node.
+    /// Puts a frame in the queue for the node, sealed if it takes no other.
     pub(super) fn send(&mut self, frame: &[u8]) {
+        match &mut self.seals {
+            None => self.send_bytes(frame),
+            // Without a session it is lost, as on a link that is down.
+            Some(seals) => {
+                if let Ok(mut head) = seals.head(frame) {
+                    head.extend(frame);
+                    self.send_bytes(&head);
+                }
+            }
+        }
+    }
+
+    /// Hellos that the node has for the other one.
+    pub(super) fn hellos(&mut self) -> Vec<Vec<u8>> {
+        self.seals.as_mut().map(|seals| std::mem::take(&mut seals.passed_on)).unwrap_or_default()
+    }
+
+    /// Frames that the node has sealed since the last call, with what was before them.
+    pub(super) fn sealed(&mut self) -> impl Iterator<Item = (Vec<u8>, [u8; HEAD_LEN])> + use<'_> {
+        self.sealed.drain(..)
+    }
+
+    /// Whether something is to be sent.
+    pub(super) fn is_waited_for(&self) -> bool {
+        !self.to_send.is_empty()
+    }
+
+    /// Puts bytes in the queue for the node, as they are.
+    pub(super) fn send_bytes(&mut self, frame: &[u8]) {
         let mut buffer = vec![0; stuffed_len(frame.len())];
         self.to_send.extend(stuff(frame, &mut buffer).expect("the buffer is as long as asked for"));
     }
@@ -176,8 +212,22 @@ impl Remote {
                 Err(reason) => return Err(self.closed(reason)),
             };
             for byte in &chunk[..count] {
-                if let Some(frame) = self.unstuffer.take(*byte) {
-                    self.received.push_back(frame.to_vec());
+                let Some(bytes) = self.unstuffer.take(*byte) else { continue };
+                let came = match &mut self.seals {
+                    None => Came::Frame(bytes.to_vec(), None),
+                    Some(seals) => seals.came(bytes),
+                };
+                match came {
+                    Came::Frame(frame, head) => {
+                        self.sealed.extend(head.map(|head| (frame.clone(), head)));
+                        self.received.push_back(frame);
+                    }
+                    Came::Hello(None) => {}
+                    Came::Hello(Some(answer)) => {
+                        let mut buffer = vec![0; stuffed_len(answer.len())];
+                        self.to_send
+                            .extend(stuff(&answer, &mut buffer).expect("the buffer is as long as asked for"));
+                    }
                 }
             }
             if self.received.back().is_some_and(|frame| Kind::of(frame) == Some(kind)) {

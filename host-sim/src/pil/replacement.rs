@@ -80,8 +80,12 @@ impl<'r> Transfer<'r> {
         }
         let end = (self.received + PART).min(blob.len());
         let bytes = &blob[self.received..end];
-        let part =
-            GainsPart { transfer: *at as u32, offset: self.received as u16, total: blob.len() as u16, bytes };
+        let part = GainsPart {
+            transfer: *at as u32 + 1,
+            offset: self.received as u16,
+            total: blob.len() as u16,
+            bytes,
+        };
         let mut buffer = vec![0; wire::gains_part_len(bytes.len())];
         node.send(wire::encode_gains_part::<T>(&part, &mut buffer).expect("it is as long as it says"));
         end == blob.len()

@@ -43,18 +43,6 @@ impl Freshness {
         })
     }
 
-    /// The same for what is sent: in order, so that no cycle has two frames.
-    pub(super) fn send(&mut self, kind: Kind, tick: Tick, begins: bool) -> Option<bool> {
-        if self.passed >= ENDS_AFTER {
-            return None;
-        }
-        Some(match kind {
-            Kind::GainsPart => true,
-            Kind::Clock => self.take_newer(tick, begins),
-            _ => self.take_newer(tick, true),
-        })
-    }
-
     /// In any order, each once.
     fn take_in_window(&mut self, tick: Tick) -> bool {
         let newest = self.newest.unwrap_or(tick);

@@ -160,7 +160,7 @@ impl Session {
         Hello { association, sender, has_session, own, echo }.write(&Mac::new(&self.hello[0]))
     }
 
-    /// What goes before a plain frame of this kind. Sealed frames are of ascending cycles: one cycle never has two.
+    /// What goes before a plain frame of this kind. No cycle has two sealed frames: what the receiver would not take is not sent.
     pub(super) fn head(
         &mut self,
         kind: Kind,
@@ -168,7 +168,7 @@ impl Session {
         frame: &[u8],
     ) -> Result<[u8; HEAD_LEN], NotSealed> {
         let agreed = self.agreed.as_mut().ok_or(NotSealed::NoSession)?;
-        if agreed.sent.send(kind, raw.tick(), begins(raw)) != Some(true) {
+        if agreed.sent.take(kind, raw.tick(), begins(raw)) != Some(true) {
             // The receiver would refuse what comes, until a session begins in which nothing has come.
             self.agreed = None;
             self.is_due = true;

@@ -1,4 +1,5 @@
 //! A board made of memory, and frames for its node.
+#![allow(dead_code)]
 
 use slqg::wire::{self, Clock, Kind};
 use slqg::{Scalar as _, Tick};
