@@ -38,7 +38,7 @@ impl Authentication {
             return Ok(Self::None);
         };
         let chosen = field.choice(&[("none", Self::None), ("cmac", Self::Cmac)])?;
-        if chosen == Self::Cmac && wire.steps().is_some() {
+        if chosen == Self::Cmac && matches!(wire, WireSettings::CanClassic(_)) {
             let found = "found \"cmac\" with format = \"can-classic\", whose frames of 8 bytes have no room for a tag";
             let allowed = "give format = \"can-fd\" or \"bytes\", or authentication = \"none\"";
             return Err(field.reject_with(found.into(), allowed.into()));
