@@ -40,12 +40,14 @@ pub struct Path {
     random: ChaCha8Rng,
     /// The current cycle.
     cycle: u64,
-    /// In the order sent. Those that are over leave their room to the next ones, so that a path with one packet per cycle
-    /// allocates nothing once it is made.
+    /// In the order sent, from the oldest on that may still be taken.
     packets: VecDeque<Packet>,
+    /// Room that taken packets leave to the next ones, so that a path with one packet per cycle allocates nothing once it is
+    /// made.
+    room: Vec<Vec<u8>>,
 }
 
-/// A packet, or room for one.
+/// A packet.
 #[derive(Debug, Clone)]
 struct Packet {
     /// The cycle it arrives in; `None` once it is taken.
@@ -69,12 +71,14 @@ impl Path {
             }
         };
         let copies = if link.duplicates > 0.0 { 2 } else { 1 };
-        let room = || Packet { due: None, bytes: Vec::with_capacity(ROOM) };
-        let packets = std::iter::repeat_with(room).take(copies * (link.largest_delay() + 1)).collect();
-        Self { source, duplicates: link.duplicates, random, cycle: 0, packets }
+        let most = copies * (link.largest_delay() + 1);
+        let room = std::iter::repeat_with(|| Vec::with_capacity(ROOM)).take(most).collect();
+        let packets = VecDeque::with_capacity(most);
+        Self { source, duplicates: link.duplicates, random, cycle: 0, packets, room }
     }
 
     /// Sends a packet in the current cycle; it may arrive in the same cycle.
+    #[inline]
     pub fn send(&mut self, packet: &[u8]) -> Fate {
         let Some(delay) = self.delay() else { return Fate::Lost };
         self.put(packet, delay);
@@ -95,12 +99,11 @@ impl Path {
     }
 
     fn put(&mut self, packet: &[u8], delay: usize) {
-        let is_over = |packet: &Packet| packet.due.is_none_or(|due| due < self.cycle);
-        let over = self.packets.front().is_some_and(is_over).then(|| self.packets.pop_front());
-        let mut bytes = over.flatten().map_or_else(Vec::new, |packet| packet.bytes);
-        bytes.clear();
-        // Acknowledgements grow in the first cycles: whole steps of room take that up.
-        bytes.reserve(packet.len().next_multiple_of(ROOM));
+        let mut bytes = self.room.pop().unwrap_or_default();
+        if bytes.capacity() < packet.len() {
+            // Acknowledgements grow in the first cycles: whole steps of room take that up.
+            bytes.reserve(packet.len().next_multiple_of(ROOM));
+        }
         bytes.extend_from_slice(packet);
         self.packets.push_back(Packet { due: Some(self.cycle + delay as u64), bytes });
     }
@@ -122,6 +125,7 @@ impl Path {
     }
 
     /// State of the channel in the current cycle, where it has any.
+    #[inline]
     pub fn channel_state(&self) -> Option<usize> {
         match &self.source {
             Source::Markov(channel) => Some(channel.state()),
@@ -130,16 +134,25 @@ impl Path {
     }
 
     /// Takes the packets that arrive in the current cycle, in the order sent; each is there once.
+    #[inline]
     pub fn arrived(&mut self) -> impl Iterator<Item = &[u8]> {
         let now = self.cycle;
-        self.packets.iter_mut().filter_map(move |packet| {
-            packet.due.take_if(|due| *due == now)?;
-            Some(packet.bytes.as_slice())
+        self.packets.iter_mut().filter(move |packet| packet.due == Some(now)).map(|packet| {
+            packet.due = None;
+            packet.bytes.as_slice()
         })
     }
 
     /// Ends the current cycle.
+    #[inline]
     pub fn next_cycle(&mut self) {
+        while let Some(packet) = self.packets.front()
+            && packet.due.is_none_or(|due| due <= self.cycle)
+            && let Some(Packet { mut bytes, .. }) = self.packets.pop_front()
+        {
+            bytes.clear();
+            self.room.push(bytes);
+        }
         self.cycle += 1;
         match &mut self.source {
             Source::Independent(_) => (),

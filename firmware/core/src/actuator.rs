@@ -313,8 +313,16 @@ impl<'m, T: Scalar, const NU: usize> Actuator<'m, T, NU> {
         if self.played.is_empty() {
             return None;
         }
-        let newest = self.played.oldest_ordered().rev().take(cycles.clamp(1, MOST_AGES));
-        Some(Acknowledgement { tick: self.tick - 1, ages: newest.copied().collect() })
+        let (older, newer) = self.played.as_slices();
+        let mut ages = heapless::Vec::new();
+        for part in [newer, older] {
+            let wanted = cycles.clamp(1, MOST_AGES) - ages.len();
+            for age in part.iter().rev().take(wanted) {
+                // There is room for all.
+                let _ = ages.push(*age);
+            }
+        }
+        Some(Acknowledgement { tick: self.tick - 1, ages })
     }
 }
 

@@ -41,11 +41,13 @@ pub fn conditional_arrival<T: Number>(survival: &[T], b: usize, m: usize) -> T {
 }
 
 /// How many conditional arrival probabilities a sequence length needs: `N (N-1) / 2`.
+#[inline]
 pub const fn table_len(length: usize) -> usize {
     length * length.saturating_sub(1) / 2
 }
 
 /// Where `r(b, m)` stands in the table: rows `b = 1..N-1` of `N-b` entries each, the last one repeating for larger `m`.
+#[inline]
 pub const fn table_index(length: usize, b: usize, m: usize) -> usize {
     let column = if m < length - 1 - b { m } else { length - 1 - b };
     (b - 1) * (2 * length - b) / 2 + column

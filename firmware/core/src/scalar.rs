@@ -36,9 +36,11 @@ impl Scalar for f32 {
     const BYTES: u8 = 4;
     const EPSILON: Self = f32::EPSILON;
     const ZERO: Self = 0.0;
+    #[inline]
     fn nearest(value: f64) -> Self {
         value as f32
     }
+    #[inline]
     fn widen(self) -> f64 {
         f64::from(self)
     }
@@ -64,9 +66,11 @@ impl Scalar for f64 {
     const BYTES: u8 = 8;
     const EPSILON: Self = f64::EPSILON;
     const ZERO: Self = 0.0;
+    #[inline]
     fn nearest(value: f64) -> Self {
         value
     }
+    #[inline]
     fn widen(self) -> f64 {
         self
     }

@@ -16,17 +16,20 @@ impl Tick {
     /// Cycles from `earlier` to `self`; negative if `self` came first.
     ///
     /// In -2^31..2^31; for ticks exactly 2^31 apart, where RFC 1982 leaves the order open, it is -2^31.
+    #[inline]
     pub const fn since(self, earlier: Tick) -> i32 {
         self.0.wrapping_sub(earlier.0) as i32
     }
 
     /// Age at `self` of something made at `made`, in cycles; `None` if that lies in the future.
+    #[inline]
     pub const fn age_of(self, made: Tick) -> Option<u32> {
         let age = self.since(made);
         if age >= 0 { Some(age as u32) } else { None }
     }
 
     /// Whether `self` came after `other`.
+    #[inline]
     pub const fn is_after(self, other: Tick) -> bool {
         self.since(other) > 0
     }
@@ -34,6 +37,7 @@ impl Tick {
 
 impl Add<u32> for Tick {
     type Output = Tick;
+    #[inline]
     fn add(self, cycles: u32) -> Tick {
         Tick(self.0.wrapping_add(cycles))
     }
@@ -41,12 +45,14 @@ impl Add<u32> for Tick {
 
 impl Sub<u32> for Tick {
     type Output = Tick;
+    #[inline]
     fn sub(self, cycles: u32) -> Tick {
         Tick(self.0.wrapping_sub(cycles))
     }
 }
 
 impl AddAssign<u32> for Tick {
+    #[inline]
     fn add_assign(&mut self, cycles: u32) {
         *self = *self + cycles;
     }

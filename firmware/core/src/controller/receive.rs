@@ -2,9 +2,10 @@
 
 use super::{Controller, count};
 use crate::{
-    Scalar,
+    Scalar, Tick,
     estimator::RejectedMeasurement,
-    wire::{self, Acknowledgement, DecodeError, Measurement},
+    played::Age,
+    wire::{self, Acknowledgement, DecodeError, Kind, MOST_AGES, Measurement},
 };
 use nalgebra::SVector;
 
@@ -45,14 +46,14 @@ impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize> Controller<'_
     /// # Errors
     /// Says why the frame changed nothing. It is counted; there is nothing else to do.
     pub fn receive(&mut self, frame: &[u8]) -> Result<(), RejectedFrame> {
-        match wire::decode_measurement(frame) {
-            Ok(measurement) => self.measured(&measurement),
-            Err(DecodeError::Kind(_)) => match wire::decode_acknowledgement::<T>(frame) {
-                Ok(acknowledgement) => self.acknowledged(&acknowledgement),
-                Err(error) => self.counted(Err(RejectedFrame::Decode(error))),
-            },
-            Err(error) => self.counted(Err(RejectedFrame::Decode(error))),
-        }
+        // What it says it is picks the decoder, which checks all of it: once.
+        let taken = match Kind::of(frame) {
+            Some(Kind::Acknowledgement) => {
+                wire::decode_acknowledgement::<T>(frame).map(|taken| self.acknowledged(&taken))
+            }
+            _ => wire::decode_measurement(frame).map(|taken| self.measured(&taken)),
+        };
+        taken.unwrap_or_else(|error| self.counted(Err(RejectedFrame::Decode(error))))
     }
 
     /// Takes a measurement that came some other way than as bytes. An output that is no finite number is not measured.
@@ -83,25 +84,27 @@ impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize> Controller<'_
     }
 
     fn take_acknowledgement(&mut self, acknowledgement: &Acknowledgement) -> bool {
-        let told = || (0..).zip(&acknowledgement.ages).map(|(ago, age)| (acknowledgement.tick - ago, *age));
+        let Acknowledgement { tick, ages } = acknowledgement;
         // Only cycles that are over can be acknowledged, while the estimator remembers them.
-        let mut remembered = 0;
-        for (tick, age) in told() {
-            let Some(is_acknowledged) = self.filter.is_acknowledged(tick) else { break };
-            remembered += 1;
+        let Some(newest) = self.filter.position_over(*tick) else { return false };
+        let remembered = ages.get(..=newest).unwrap_or(ages);
+        let mut news: heapless::Vec<(Tick, Age), MOST_AGES> = heapless::Vec::new();
+        for (ago, age) in remembered.iter().enumerate() {
             // Most of what it tells was told before, and found to be right then.
-            if is_acknowledged && self.filter.acknowledged_age(tick) == Some(age) {
+            if self.filter.known_at(newest - ago) == Some(*age) {
                 continue;
             }
-            let default_input = self.design.actuator.default_input;
-            if self.in_flight.applied_input(default_input, tick, age, &SVector::zeros()).is_none() {
+            let (played, default_input) = (*tick - ago as u32, self.design.actuator.default_input);
+            if self.in_flight.applied_input(default_input, played, *age, &SVector::zeros()).is_none() {
                 return false;
             }
+            // There is room for all.
+            let _ = news.push((played, *age));
         }
-        for (tick, age) in told().take(remembered) {
-            self.filter.acknowledge(tick, age);
+        for (played, age) in &news {
+            self.filter.acknowledge(*played, *age);
         }
-        remembered > 0
+        !remembered.is_empty()
     }
 
     fn counted(&mut self, outcome: Result<(), RejectedFrame>) -> Result<(), RejectedFrame> {

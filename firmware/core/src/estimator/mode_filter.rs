@@ -205,13 +205,19 @@ impl<'m, T: Scalar, const NX: usize, const NU: usize, const NY: usize> ModeFilte
         (self.count - 1).checked_sub(age)
     }
 
-    /// Position of cycle `tick`, if that is over and remembered.
-    fn position_over(&self, tick: Tick) -> Option<usize> {
+    /// Position of cycle `tick`, if that is over and remembered; a cycle earlier is one less.
+    pub(crate) fn position_over(&self, tick: Tick) -> Option<usize> {
         self.position(tick).filter(|position| position + 1 < self.count)
     }
 
     fn cycle(&self, position: usize) -> Option<&Cycle<T, NU, NY>> {
         self.remembered.cycles.get(self.place(position))
+    }
+
+    /// The age that the cycle at `position` was acknowledged with.
+    #[inline]
+    pub(crate) fn known_at(&self, position: usize) -> Option<Age> {
+        self.cycle(position)?.known
     }
 
     fn must_filter_from(&mut self, position: usize) {

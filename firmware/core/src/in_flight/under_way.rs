@@ -58,11 +58,13 @@ impl<'p, T: Scalar, const NU: usize> Iterator for UnderWay<'p, T, NU> {
 
 /// How many cycles before the current one the packet was sent that had `age` in the last cycle; `length` if the buffer had run
 /// out: of either nothing is left.
+#[inline]
 pub(super) fn packet_played(age: Age, length: usize) -> usize {
     age.steps().map_or(length, |steps| (steps + 1).min(length))
 }
 
 /// The age that the packet sent `packet` cycles before the current one had in the last cycle.
+#[inline]
 pub(super) fn age_of(packet: usize) -> Age {
     packet.checked_sub(1).and_then(|steps| u8::try_from(steps).ok()).map_or(Age::Empty, Age::Steps)
 }

@@ -20,6 +20,7 @@ pub enum DefaultInput {
 
 impl DefaultInput {
     /// In-flight inputs the control law for sequences of `length` inputs takes, `n_v`. THEORY 3.
+    #[inline]
     pub const fn in_flight(self, length: usize) -> usize {
         match self {
             Self::Zero => length.saturating_sub(1),
@@ -47,6 +48,7 @@ pub enum Age {
 
 impl Age {
     /// Cycles since the played sequence was made; `None` for the default input.
+    #[inline]
     pub const fn steps(self) -> Option<usize> {
         match self {
             Self::Steps(steps) => Some(steps as usize),

@@ -54,12 +54,14 @@ impl Kind {
     ];
 
     /// The kind with this number.
+    #[inline]
     pub(super) fn numbered(found: u8) -> Option<Self> {
         Self::ALL.into_iter().find(|kind| *kind as u8 == found)
     }
 
     /// What a frame says it is, for whoever hands frames on; `None` if it is too short for a frame, or says something unknown.
     /// Nothing else of it is looked at: whoever decodes the frame checks all of it.
+    #[inline]
     pub fn of(frame: &[u8]) -> Option<Self> {
         RawFrame::of(frame)?.kind()
     }
@@ -84,6 +86,22 @@ impl<'b> Writer<'b> {
         let end = self.written + bytes.len();
         let room = self.buffer.get_mut(self.written..end).ok_or(EncodeError::BufferTooSmall)?;
         room.copy_from_slice(bytes);
+        self.written = end;
+        Ok(())
+    }
+
+    /// A byte for each of some entries.
+    #[inline(always)]
+    pub(super) fn put_each<E>(
+        &mut self,
+        entries: &[E],
+        byte: impl Fn(&E) -> Result<u8, EncodeError>,
+    ) -> Result<(), EncodeError> {
+        let end = self.written + entries.len();
+        let room = self.buffer.get_mut(self.written..end).ok_or(EncodeError::BufferTooSmall)?;
+        for (room, entry) in room.iter_mut().zip(entries) {
+            *room = byte(entry)?;
+        }
         self.written = end;
         Ok(())
     }
@@ -128,6 +146,7 @@ impl<'b> Writer<'b> {
         Ok(())
     }
 
+    #[inline]
     pub(super) fn put_count(&mut self, count: usize) -> Result<(), EncodeError> {
         self.put_bytes(&[u8::try_from(count).map_err(|_| EncodeError::TooMany)?])
     }
@@ -231,17 +250,20 @@ impl<'f> Reader<'f> {
     }
 
     /// Takes a one-byte dimension that must be `expected`.
+    #[inline]
     pub(super) fn take_dimension(&mut self, expected: usize) -> Result<(), DecodeError> {
         let found = self.take_byte()?;
         if usize::from(found) == expected { Ok(()) } else { Err(DecodeError::Dimension(found)) }
     }
 
     /// Takes all that is left.
+    #[inline]
     pub(super) fn rest(self) -> &'f [u8] {
         self.rest
     }
 
     /// Succeeds when nothing is left.
+    #[inline]
     pub(super) fn finish(self) -> Result<(), DecodeError> {
         if self.rest.is_empty() { Ok(()) } else { Err(DecodeError::Length) }
     }

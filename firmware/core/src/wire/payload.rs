@@ -121,9 +121,7 @@ pub fn encode_acknowledgement<'b, T: Scalar>(
         return Err(EncodeError::NoAges);
     }
     let mut writer = Writer::new::<T>(buffer, Kind::Acknowledgement, acknowledgement.tick)?;
-    for age in &acknowledgement.ages {
-        writer.put_bytes(&[byte_of(*age)?])?;
-    }
+    writer.put_each(&acknowledgement.ages, |age| byte_of(*age))?;
     writer.seal()
 }
 
@@ -146,6 +144,7 @@ pub fn decode_acknowledgement<T: Scalar>(frame: &[u8]) -> Result<Acknowledgement
 }
 
 /// An age as it is on the wire.
+#[inline]
 pub(super) fn byte_of(age: Age) -> Result<u8, EncodeError> {
     match age {
         Age::Steps(DEFAULT_INPUT) => Err(EncodeError::TooMany),
@@ -155,6 +154,7 @@ pub(super) fn byte_of(age: Age) -> Result<u8, EncodeError> {
 }
 
 /// The age that a byte on the wire tells.
+#[inline]
 pub(super) fn age_of(byte: u8) -> Age {
     match byte {
         DEFAULT_INPUT => Age::Empty,

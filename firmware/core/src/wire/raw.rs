@@ -21,6 +21,7 @@ pub struct RawFrame<'f> {
 
 impl<'f> RawFrame<'f> {
     /// The parts of `bytes`; `None` if they are shorter than header and checksum.
+    #[inline]
     pub fn of(bytes: &'f [u8]) -> Option<Self> {
         let (header, rest) = bytes.split_first_chunk()?;
         let (payload, checksum) = rest.split_last_chunk()?;
@@ -28,47 +29,56 @@ impl<'f> RawFrame<'f> {
     }
 
     /// All of it.
+    #[inline]
     pub fn bytes(&self) -> &'f [u8] {
         self.bytes
     }
 
     /// The version it says it has.
+    #[inline]
     pub fn version(&self) -> u8 {
         self.header[0]
     }
 
     /// Whether it is of the version that is spoken here.
+    #[inline]
     pub fn is_of_this_version(&self) -> bool {
         self.version() == VERSION
     }
 
     /// The number of the kind it says it is.
+    #[inline]
     pub fn kind_number(&self) -> u8 {
         self.header[1]
     }
 
     /// The kind it says it is; `None` if there is no such kind.
+    #[inline]
     pub fn kind(&self) -> Option<Kind> {
         Kind::numbered(self.kind_number())
     }
 
     /// Bytes of each of its numbers, as it says.
+    #[inline]
     pub fn scalar_bytes(&self) -> u8 {
         self.header[2]
     }
 
     /// The cycle it says it is about.
+    #[inline]
     pub fn tick(&self) -> Tick {
         let [_, _, _, tick @ ..] = *self.header;
         Tick(u32::from_le_bytes(tick))
     }
 
     /// What is between header and checksum.
+    #[inline]
     pub fn payload(&self) -> &'f [u8] {
         self.payload
     }
 
     /// Whether the checksum fits.
+    #[inline]
     pub fn is_whole(&self) -> bool {
         let content = self.bytes.get(..HEADER_LEN + self.payload.len()).unwrap_or_default();
         checksum(content) == u32::from_le_bytes(*self.checksum)
