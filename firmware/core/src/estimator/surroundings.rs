@@ -45,6 +45,8 @@ impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize> Surroundings<
 
     /// What left the actuator in cycle `tick` if it played `age`, after `before` in the cycle before: that counts where the
     /// buffer is empty and holds, and where inputs may change so much in a cycle only. `None` if no such sequence is remembered.
+    // Once in flash, for all the ways to an estimate.
+    #[inline(never)]
     pub fn input(&self, tick: Tick, age: Age, before: &SVector<T, NU>) -> Option<SVector<T, NU>> {
         let default_input = self.actuator.default_input;
         let input = self.in_flight.applied_input(default_input, tick, age, before)?;
