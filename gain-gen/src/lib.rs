@@ -7,6 +7,7 @@ mod channels;
 pub mod console;
 pub mod design;
 pub mod discretise;
+pub mod effort;
 pub mod emit;
 pub mod estimation;
 mod extended;

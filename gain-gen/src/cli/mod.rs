@@ -10,6 +10,7 @@ mod options;
 use gain_gen::certificate::NotCertified;
 use gain_gen::console::{NotPrinted, parse, print, print_by, tell};
 use gain_gen::design::{Design, DesignError};
+use gain_gen::effort::Effort;
 use gain_gen::emit::{self, EmitError, Format, Output, WriteError};
 use gain_gen::lengths::Lengths;
 use gain_gen::report::{ModeGains, NoTask, NotEmittable, NotStabilised, Report};
@@ -18,9 +19,12 @@ use gain_gen::sweep::Sweep;
 use gain_gen::warnings;
 use options::{Cli, Command, FormatName, Source, SweptInputName};
 use slqg::DefaultInput;
-use std::io::{self, IsTerminal};
+use std::io::{self, IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::sync::mpsc::{self, RecvTimeoutError};
+use std::thread;
+use std::time::{Duration, Instant};
 
 /// What ends a command early.
 #[derive(Debug, thiserror::Error)]
@@ -43,6 +47,10 @@ enum Failure {
     Preview(#[from] PreviewTooLong),
     #[error(transparent)]
     Write(#[from] WriteError),
+    #[error(
+        "controller.sequence_length: solving takes {0}; give shorter sequences, or --accept-effort if that is to be taken"
+    )]
+    Effort(Effort),
     #[error(transparent)]
     NotPrinted(#[from] NotPrinted),
 }
@@ -60,6 +68,7 @@ impl Failure {
             | Self::Emit(_)
             | Self::NotEmittable(_)
             | Self::Write(_)
+            | Self::Effort(_)
             | Self::NotPrinted(_) => 2,
         }
     }
@@ -77,8 +86,8 @@ pub(crate) fn run() -> ExitCode {
             let form = if json { Form::Json(mode_gains) } else { Form::Text };
             report(&source, method.method(), form, &Additions { margins, horizon, certificate })
         }
-        Command::Sweep { design, lengths, default_input, json, plot } => {
-            sweep(&design, &lengths, default_input, json, plot.as_deref())
+        Command::Sweep { design, lengths, default_input, json, plot, accept_effort } => {
+            sweep(&design, &lengths, default_input, json, plot.as_deref(), accept_effort)
         }
         Command::Emit { source, to, horizon, output, accept_undecided_stability } => {
             emit(&source, to, horizon, &output, accept_undecided_stability)
@@ -108,7 +117,7 @@ struct Additions {
 }
 
 fn report(source: &Source, method: Method, form: Form, additions: &Additions) -> Result<(), Failure> {
-    let mut report = solved(&source.load()?, method);
+    let mut report = solved(&affordable(source)?, method);
     warnings::tell(&report.warnings);
     match additions.horizon {
         Some(cycles) => report.find_task(cycles)?,
@@ -140,6 +149,7 @@ fn sweep(
     default_input: Option<SweptInputName>,
     json: bool,
     plot: Option<&Path>,
+    accepts_effort: bool,
 ) -> Result<(), Failure> {
     let mut design = warnings::load(design)?;
     let default_inputs = match default_input {
@@ -149,6 +159,7 @@ fn sweep(
         Some(SweptInputName::Both) => vec![DefaultInput::Zero, DefaultInput::Hold],
     };
     let lengths = lengths.as_slice();
+    weigh(Effort::of(&design, &lengths.repeat(default_inputs.len())), accepts_effort)?;
     let told = format!("solving {:?} for {} lengths", design.name, lengths.len());
     let sweep = watched(&told, || Sweep::new(&design, lengths, &default_inputs));
     if let Some(path) = plot {
@@ -177,7 +188,7 @@ fn emit(
         FormatName::Json => Output::text(Format::Json, output),
         FormatName::Blob => Output::blob(output),
     };
-    let mut report = solved(&source.load()?, Method::InFlight);
+    let mut report = solved(&affordable(source)?, Method::InFlight);
     warnings::tell(&report.warnings);
     if accepts_undecided {
         report.accept_undecided_stability();
@@ -189,22 +200,48 @@ fn emit(
     Ok(emit::write_all(&output.files(&report.emission()?, &origin)?)?)
 }
 
+/// The design, if solving it takes no more than is accepted.
+fn affordable(source: &Source) -> Result<Design, Failure> {
+    let design = source.load()?;
+    weigh(Effort::of(&design, &[design.controller.sequence_length]), source.accept_effort)?;
+    Ok(design)
+}
+
+/// Tells what solving takes where that is much, and refuses what is too much unless it is accepted.
+fn weigh(effort: Effort, is_accepted: bool) -> Result<(), Failure> {
+    if effort.is_too_much() && !is_accepted {
+        return Err(Failure::Effort(effort));
+    }
+    if effort.is_much() {
+        tell(format_args!("note: solving takes {effort}"));
+    }
+    Ok(())
+}
+
 /// The report; while it is made, a line on the terminal says so.
 fn solved(design: &Design, method: Method) -> Report {
     let told = format!("solving {:?} for N = {}", design.name, design.controller.sequence_length);
     watched(&told, || Report::new(design, method))
 }
 
-/// What `work` makes; meanwhile, a line on the terminal tells what is done.
+/// What `work` makes; meanwhile, a line on the terminal tells what is done, and for how long.
 fn watched<T>(told: &str, work: impl FnOnce() -> T) -> T {
-    let is_watched = io::stderr().is_terminal();
-    if is_watched {
-        eprint!("{told} ..");
+    if !io::stderr().is_terminal() {
+        return work();
     }
-    let made = work();
-    if is_watched {
-        // Back to the start of the line, and erase it.
-        eprint!("\r\x1b[2K");
-    }
-    made
+    thread::scope(|scope| {
+        let (done, is_done) = mpsc::channel::<()>();
+        scope.spawn(move || {
+            let begun = Instant::now();
+            // Until the other end is dropped.
+            while is_done.recv_timeout(Duration::from_secs(1)) == Err(RecvTimeoutError::Timeout) {
+                let _ = write!(io::stderr(), "\r{told} .. {} s", begun.elapsed().as_secs());
+            }
+            // Back to the start of the line, and erase it.
+            let _ = write!(io::stderr(), "\r\x1b[2K");
+        });
+        let made = work();
+        drop(done);
+        made
+    })
 }

@@ -77,6 +77,9 @@ pub(super) enum Command {
         /// Also draw cost, rate and size over the length, as SVG
         #[arg(long, value_name = "FILE.svg")]
         plot: Option<PathBuf>,
+        /// Solve also where that takes more than 2 GB of memory or half an hour, as estimated
+        #[arg(long)]
+        accept_effort: bool,
     },
     /// Write the gains, the plant and the settings of both nodes to a file
     ///
@@ -116,6 +119,9 @@ pub(super) struct Source {
     /// What the actuator applies when its buffer has run out, instead of the design's
     #[arg(long, value_enum)]
     default_input: Option<DefaultInputName>,
+    /// Solve also where that takes more than 2 GB of memory or half an hour, as estimated
+    #[arg(long)]
+    pub(super) accept_effort: bool,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
