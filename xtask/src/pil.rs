@@ -20,10 +20,12 @@ struct Run {
     holds: bool,
     /// Whether acknowledgements are taken away.
     is_silent: bool,
+    /// Whether frames are sealed, with keys for tests.
+    is_sealed: bool,
 }
 
 const fn plain(design: &'static str) -> Run {
-    Run { design, holds: false, is_silent: false }
+    Run { design, holds: false, is_silent: false, is_sealed: false }
 }
 
 const fn held(design: &'static str) -> Run {
@@ -34,8 +36,12 @@ const fn silent(design: &'static str) -> Run {
     Run { is_silent: true, ..plain(design) }
 }
 
+const fn sealed(design: &'static str) -> Run {
+    Run { is_sealed: true, ..plain(design) }
+}
+
 /// Every way a loop can be, on a good and on a bad network.
-const RUNS: [Run; 20] = [
+const RUNS: [Run; 22] = [
     plain("double_integrator"),
     plain("double_integrator_bad"),
     held("double_integrator"),
@@ -56,6 +62,8 @@ const RUNS: [Run; 20] = [
     silent("drive_tracking_bad"),
     plain("drive_event"),
     plain("drive_event_bad"),
+    sealed("pendulum"),
+    sealed("pendulum_bad"),
 ];
 /// What the nodes of the pendulum with eight inputs per packet may take: flash and RAM in bytes, stack included.
 const LIMITS: [(&str, u64, u64); 2] =
@@ -79,7 +87,7 @@ pub(crate) fn pil(workspace: &Workspace) -> Result<()> {
             default_input: run.holds.then(|| "hold".to_owned()),
             tuning: false,
             slices: None,
-            keys: None,
+            keys: run.is_sealed.then(|| "test".into()),
             accept_undecided_stability: true,
             board: Board::Mps2An386,
         };
@@ -201,16 +209,23 @@ impl Images {
 impl Run {
     /// What is changed in the design.
     fn changed(&self) -> &'static str {
-        match (self.holds, self.is_silent) {
-            (true, _) => "held",
-            (_, true) => "unacknowledged",
+        match self {
+            Self { holds: true, .. } => "held",
+            Self { is_silent: true, .. } => "unacknowledged",
+            Self { is_sealed: true, .. } => "sealed",
             _ => "as it is",
         }
     }
 
-    /// The design as it is, or a copy without acknowledgements.
+    /// The design as it is, or a copy without acknowledgements or with sealed frames.
     fn design_file(&self, workspace: &Workspace, folder: &Path) -> Result<PathBuf> {
         let file = workspace.root.join("designs").join(self.design).with_extension("toml");
+        if self.is_sealed {
+            let copy = folder.join(format!("{}_sealed.toml", self.design));
+            let wire = "\n[wire]\nformat = \"bytes\"\nauthentication = \"cmac\"\n";
+            fs::write(&copy, fs::read_to_string(&file)? + wire)?;
+            return Ok(copy);
+        }
         if !self.is_silent {
             return Ok(file);
         }

@@ -33,7 +33,8 @@ mod keyed {
             session(Association::Loop, Side::Upstream, of_loop),
             session(Association::Service, Side::Downstream, Keys::one_way(GAINS)),
         ];
-        Guarded::new(node, Guard::new(sessions, AlarmSettings::default()), Kept::new())
+        let guard = cortex_m::singleton!(: Guard<4> = Guard::new(sessions, AlarmSettings::default()));
+        Guarded::new(node, only(guard), Kept::new())
     }
 
     /// An actuator node behind its guard.
@@ -42,7 +43,13 @@ mod keyed {
         let of_loop = Keys { downstream: CONTROL, upstream: ACKNOWLEDGEMENT };
         let sessions =
             [session(Association::Timing, Keys::one_way(CLOCK)), session(Association::Loop, of_loop)];
-        Guarded::new(node, Guard::new(sessions, AlarmSettings::default()), Kept::new())
+        let guard = cortex_m::singleton!(: Guard<2> = Guard::new(sessions, AlarmSettings::default()));
+        Guarded::new(node, only(guard), Kept::new())
+    }
+
+    fn only<const S: usize>(guard: Option<&'static mut Guard<S>>) -> &'static mut Guard<S> {
+        let Some(guard) = guard else { panic!("a board has one node") };
+        guard
     }
 
     /// The board's memory that outlives power: who starts the emulator counts the boots in it.

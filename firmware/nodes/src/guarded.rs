@@ -24,19 +24,20 @@ pub trait Vault: Nonces {
 }
 
 /// A node and its guard of `S` sessions.
-pub struct Guarded<N, V, const S: usize> {
+pub struct Guarded<'g, N, V, const S: usize> {
     node: N,
-    guard: Guard<S>,
+    // Lent: whoever moves the node does not move the sessions.
+    guard: &'g mut Guard<S>,
     vault: V,
     /// What was told last.
     alarm: Option<Alarm>,
     buffer: [u8; ROOM],
 }
 
-impl<N: Node, V: Vault, const S: usize> Guarded<N, V, S> {
+impl<'g, N: Node, V: Vault, const S: usize> Guarded<'g, N, V, S> {
     /// `node` behind `guard`, which is told the version of gains that was kept.
     #[inline(never)]
-    pub fn new(node: N, mut guard: Guard<S>, vault: V) -> Self {
+    pub fn new(node: N, guard: &'g mut Guard<S>, vault: V) -> Self {
         guard.keep_version(vault.gains_version());
         Self { node, guard, vault, alarm: None, buffer: [0; ROOM] }
     }
@@ -62,7 +63,7 @@ impl<N: Node, V: Vault, const S: usize> Guarded<N, V, S> {
     }
 }
 
-impl<N: Node, V: Vault, const S: usize> Node for Guarded<N, V, S> {
+impl<N: Node, V: Vault, const S: usize> Node for Guarded<'_, N, V, S> {
     fn start(&mut self, board: &mut impl Board) {
         let (node, mut sealing) = self.split(board);
         node.start(&mut sealing);

@@ -401,11 +401,9 @@ fn actuator() -> actuator::Node<'static> {
     actuator::Node::new(Box::leak(Box::new(ACTUATOR_MEMORY)))
 }
 
-fn guard<const S: usize>(of: [(Association, Side); S]) -> Guard<S> {
-    Guard::new(
-        of.map(|(association, side)| session(IDENTITY, association, side, 0)),
-        AlarmSettings::default(),
-    )
+fn guard<const S: usize>(of: [(Association, Side); S]) -> &'static mut Guard<S> {
+    let sessions = of.map(|(association, side)| session(IDENTITY, association, side, 0));
+    Box::leak(Box::new(Guard::new(sessions, AlarmSettings::default())))
 }
 
 fn is_taken_by(attack: Attack, role: Role, is_sealed: bool) -> bool {

@@ -1,19 +1,18 @@
 //! Tags, and keys that are derived from keys. Cipher and mode are the crates `aes` and `cmac`.
 
-use super::{Key, TAG_LEN};
-use aes::Aes128Enc;
+use super::{Key, TAG_LEN, cipher::Cipher};
 use cmac::{
-    Cmac, Mac as _,
-    digest::{FixedOutput, KeyInit, Update},
+    Cmac, CmacCore, Mac as _,
+    digest::{FixedOutput, InnerInit, Update, core_api::CoreWrapper},
 };
 
 /// AES-128-CMAC under one key, its round keys worked out.
 #[derive(Clone)]
-pub(super) struct Mac(Cmac<Aes128Enc>);
+pub(super) struct Mac(Cmac<Cipher>);
 
 impl Mac {
     pub(super) fn new(key: &Key) -> Self {
-        Self(KeyInit::new(key.bytes().into()))
+        Self(CoreWrapper::from_core(CmacCore::inner_init(Cipher::new(key.bytes()))))
     }
 
     /// The first eight bytes of the code of `message`: SP 800-38B, 6.2.

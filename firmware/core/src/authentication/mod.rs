@@ -8,6 +8,7 @@
 //! |---|---|
 //! | `key` | a key, which nothing prints |
 //! | `mac` | tags, and keys that are derived from keys |
+//! | `cipher` | AES-128 as the tags take it |
 //! | `association` | who speaks with whom, and which kinds of frame |
 //! | `hello` | the bytes of the handshake |
 //! | `freshness` | a frame is taken once |
@@ -20,6 +21,7 @@
 //! [`crate::actuator`] are those of any loop. What costs time is bounded for each frame, whatever its bytes are.
 
 mod association;
+mod cipher;
 mod failures;
 mod freshness;
 mod guard;
