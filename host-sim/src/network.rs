@@ -5,7 +5,7 @@
 
 use crate::{
     carrier::Carrier,
-    contender::Contender,
+    contender::{Contender, Outage},
     random::{Purpose, stream},
     size_class::LONGEST_SEQUENCE,
 };
@@ -45,6 +45,7 @@ pub struct Network<T, const NU: usize, const NY: usize> {
     channel: VecDeque<usize>,
     /// What the link to the actuator becomes, and in which cycle; then what it was, with all that is under way on it.
     other: Option<(u64, Box<Path>)>,
+    outages: Vec<Outage>,
 }
 
 impl<T: Scalar, const NU: usize, const NY: usize> Network<T, NU, NY> {
@@ -74,8 +75,9 @@ impl<T: Scalar, const NU: usize, const NY: usize> Network<T, NU, NY> {
             let path = Path::new(&change.link, stream(seed, run, Purpose::ChangedLink));
             (change.cycle as u64, Box::new(path))
         });
+        let channel = VecDeque::with_capacity(REMEMBERED + 1);
         let mut network =
-            Self { ways, bus, cycle: 0, channel: VecDeque::with_capacity(REMEMBERED + 1), other };
+            Self { ways, bus, cycle: 0, channel, other, outages: contender.outages.clone() };
         network.change_link();
         network
     }
@@ -91,6 +93,12 @@ impl<T: Scalar, const NU: usize, const NY: usize> Network<T, NU, NY> {
     }
 
     fn send(&mut self, role: Role, frame: &[u8]) -> Fate {
+        if self.outages.iter().any(|outage| outage.loses(role, self.cycle)) {
+            if let Way::Path(path) = &mut self.ways[role as usize] {
+                path.skip();
+            }
+            return Fate::Lost;
+        }
         match &mut self.ways[role as usize] {
             Way::Nowhere => Fate::Lost,
             Way::Straight(under_way) => {

@@ -68,6 +68,9 @@ const RUNS: [Run; 22] = [
 /// What the nodes of the pendulum with eight inputs per packet may take: flash and RAM in bytes, stack included.
 const LIMITS: [(&str, u64, u64); 2] =
     [("controller", 48 * 1024, 8 * 1024), ("actuator", 16 * 1024, 2 * 1024)];
+/// Cycles of each in which links are dead: a second in one go, and single links. The simulated plant is held by nobody meanwhile.
+const OUTAGES: [&str; 6] =
+    ["--outage", "3000+50", "--outage", "sensor@5000+30", "--outage", "control@7000+30"];
 /// Inputs per packet in the test.
 const TESTED_LENGTH: u8 = 8;
 /// Cycles of each.
@@ -92,7 +95,7 @@ pub(crate) fn pil(workspace: &Workspace) -> Result<()> {
             board: Board::Mps2An386,
         };
         let images = Images::build(workspace, &options)?;
-        let outcome = images.outcome(&host_sim, &options, CYCLES)?;
+        let outcome = images.outcome(&host_sim, &options, CYCLES, &OUTAGES)?;
         let number = |of: &str| outcome[of].as_u64().unwrap_or_default();
         let (length, sent) = (number("sequence_length"), number("sent"));
         let mut line = format!("{:<22} {:<14} {length:>2} {CYCLES:>7} {sent:>7}", run.design, run.changed());
@@ -131,6 +134,8 @@ pub(crate) fn check(workspace: &Workspace) -> Result<()> {
         let images = Images::build(workspace, &options)?;
         images.run(&host_sim, &options, &["--transport", "uart", "--cycles", "200"])?;
         images.run(&host_sim, &options, &["--cycles", "2000", "--restarts", "10"])?;
+        // Long enough for both ends to be lost, and to say so.
+        images.run(&host_sim, &options, &["--cycles", "1500", "--outage", "700+130"])?;
         if board == Board::Mps2An386 {
             images.check_size(&host_sim, &options)?;
             let bad = workspace.root.join("designs/pendulum_bad.toml");
@@ -168,7 +173,7 @@ impl Images {
 
     /// Holds flash, and the RAM of a run, against [`LIMITS`].
     fn check_size(&self, host_sim: &Path, options: &nodes::Options) -> Result<()> {
-        let outcome = self.outcome(host_sim, options, 2000)?;
+        let outcome = self.outcome(host_sim, options, 2000, &[])?;
         for (node, most_flash, most_ram) in LIMITS {
             let flash = size::flash(self.0.binary(node)?)?;
             let ram = ram(&outcome, node)?;
@@ -181,8 +186,15 @@ impl Images {
     }
 
     /// What a run came to, as `host-sim` tells it; a difference in one bit is an error.
-    fn outcome(&self, host_sim: &Path, options: &nodes::Options, cycles: u32) -> Result<Value> {
-        let run = ["--cycles", &cycles.to_string(), "--json"];
+    fn outcome(
+        &self,
+        host_sim: &Path,
+        options: &nodes::Options,
+        cycles: u32,
+        more: &[&str],
+    ) -> Result<Value> {
+        let cycles = cycles.to_string();
+        let run = [&["--cycles", &cycles, "--json"], more].concat();
         Ok(serde_json::from_str(&process::stdout_of(&mut self.command(host_sim, options, &run)?)?)?)
     }
 

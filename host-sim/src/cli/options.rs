@@ -9,7 +9,7 @@ use gain_gen::{
     warnings,
 };
 use host_sim::{
-    contender::{Change, Contender, ContenderError, DEFAULT_DEADBAND, DEFAULT_SLICES, Kind},
+    contender::{Change, Contender, ContenderError, DEFAULT_DEADBAND, DEFAULT_SLICES, Kind, Outage},
     monte_carlo::Plan,
     size_class,
 };
@@ -190,6 +190,27 @@ impl LinkBecomes {
             )));
         }
         Ok(Some(Change { link: load(other)?.network.controller_to_actuator, cycle }))
+    }
+}
+
+/// Cycles in which links are dead.
+#[derive(Args)]
+pub(super) struct Outages {
+    /// Nothing arrives of what is sent in these cycles, CYCLE and those after it; over all links, or one: sensor@5000+58,
+    /// control@5000+58 or acknowledgement@5000+58. May be given several times.
+    #[arg(long = "outage", value_name = "[LINK@]CYCLE+CYCLES")]
+    outages: Vec<Outage>,
+}
+
+impl Outages {
+    /// Those of runs of `cycles` cycles, which `longer` is the option for.
+    pub(super) fn within(&self, cycles: usize, longer: &str) -> Result<Vec<Outage>, Failure> {
+        match self.outages.iter().find(|outage| outage.cycles.start >= cycles as u64) {
+            None => Ok(self.outages.clone()),
+            Some(outage) => Err(Failure::Input(format!(
+                "--outage: found {outage}; a run has {cycles} cycles, {longer} makes it longer"
+            ))),
+        }
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::{
     Failure,
-    options::{LinkBecomes, refused, wrong},
+    options::{LinkBecomes, Outages, refused, wrong},
     progress,
 };
 use clap::Args;
@@ -70,6 +70,8 @@ pub(super) struct Options {
     slices: u16,
     #[command(flatten)]
     becomes: LinkBecomes,
+    #[command(flatten)]
+    outages: Outages,
     /// Count the instructions of the controller's cycles.
     #[arg(long)]
     count: bool,
@@ -167,6 +169,7 @@ pub(super) fn pil(options: &Options) -> Result<(), Failure> {
     if let Some(change) = options.becomes.change(cycles, "--cycles", |other| load(options, other))? {
         contender.meet(change, &design).map_err(refuse)?;
     }
+    contender.outages = options.outages.within(cycles, "--cycles")?;
     let restarts = match options.restarts {
         Some(count) => pil::at_random(count, cycles, LONGEST_AWAY, options.seed),
         None => pil::in_order(options.restart.clone(), cycles),

@@ -2,13 +2,13 @@
 
 use super::{
     Failure,
-    options::{Amount, LinkBecomes, Selection, wrong},
+    options::{Amount, LinkBecomes, Outages, Selection, wrong},
     progress,
 };
 use clap::Args;
 use gain_gen::{console::print, design::Design};
 use host_sim::{
-    contender::Contender,
+    contender::{Contender, Kind},
     monte_carlo::{Outcome, Plan, Simulate},
     output::{self, Pictures, Simulation, adaptation_table, losses_table},
 };
@@ -29,6 +29,8 @@ pub(super) struct Options {
     #[command(flatten)]
     becomes: LinkBecomes,
     #[command(flatten)]
+    outages: Outages,
+    #[command(flatten)]
     pictures: Pictures,
 }
 
@@ -37,15 +39,20 @@ pub(super) fn run(options: &Options) -> Result<(), Failure> {
     let Options { design: path, selection, amount, sequence_length, pictures, .. } = options;
     let plan = amount.plan();
     let change = options.becomes.change(plan.steps, "--steps", |other| selection.load(other))?;
+    let outages = options.outages.within(plan.steps, "--steps")?;
     let mut design = selection.load(path)?;
     if let Some(length) = *sequence_length {
         design.set_sequence_length(usize::from(length));
     }
-    let contenders = selection
+    let mut contenders = selection
         .controllers
         .iter()
         .map(|&kind| selection.contender(kind, &design, path, plan.steps, change.as_ref()))
         .collect::<Result<Vec<_>, _>>()?;
+    // What nothing does better than has a link of its own.
+    for contender in contenders.iter_mut().filter(|contender| contender.kind != Kind::Lqg) {
+        contender.outages.clone_from(&outages);
+    }
     let progress = progress(contenders.len() * plan.runs, "runs");
     let outcomes = contenders
         .iter()

@@ -14,6 +14,7 @@
 //! | `adapting` | a link that changes: the law found by the core itself, or known beforehand |
 //! | `nominal` | the tables of a nominal controller that predicts its own loop |
 //! | `mpc` | the plan of model predictive control, as tables or as a problem to solve in every cycle |
+//! | `outage` | cycles in which the links bring nothing |
 //! | `deadband` | the rule that sends by the change of the inputs |
 //!
 //! What is decided on the host in each cycle, beside the core, is [`crate::decision`]'s.
@@ -24,6 +25,7 @@ mod deadband;
 mod kind;
 mod mpc;
 mod nominal;
+mod outage;
 mod refusal;
 mod steady;
 mod task;
@@ -41,6 +43,7 @@ pub use adapting::{Change, DEFAULT_SLICES, LawToCome, TuningBasis};
 pub use deadband::{DEFAULT_DEADBAND, Deadband};
 pub use kind::Kind;
 pub use mpc::Constrained;
+pub use outage::{NoOutage, Outage};
 pub use refusal::ContenderError;
 
 /// How much of the reference to come a controller knows.
@@ -79,6 +82,8 @@ pub struct Contender {
     pub slices: usize,
     /// What becomes of its link to the actuator during a run.
     pub change: Option<Change>,
+    /// When its links bring nothing.
+    pub outages: Vec<Outage>,
     /// The law it then changes to, if it is told; `None` for others.
     pub to_come: Option<LawToCome>,
     /// What a packet costs whether or not the controller minds; `None` where the design does not say.
@@ -172,6 +177,7 @@ impl Contender {
             tuning: None,
             slices: DEFAULT_SLICES,
             change: None,
+            outages: Vec::new(),
             to_come: None,
             send_cost: design.event.as_ref().map(|event| price(event.send_cost)),
             reference: Vec::new(),
