@@ -76,8 +76,7 @@ impl<T: Scalar, const NU: usize, const NY: usize> Network<T, NU, NY> {
             (change.cycle as u64, Box::new(path))
         });
         let channel = VecDeque::with_capacity(REMEMBERED + 1);
-        let mut network =
-            Self { ways, bus, cycle: 0, channel, other, outages: contender.outages.clone() };
+        let mut network = Self { ways, bus, cycle: 0, channel, other, outages: contender.outages.clone() };
         network.change_link();
         network
     }

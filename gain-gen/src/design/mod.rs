@@ -41,7 +41,7 @@ pub use network::{Acknowledgement, Network};
 pub use places::Places;
 pub use plant::{MOST_INPUTS, MOST_STATES, Plant};
 pub use reference::{Interpolation, Reference};
-pub use safety::Safety;
+pub use safety::{Gate, Safety};
 pub use set_point::SetPoint;
 pub use slqg_links::{
     delay::{DelayDistribution, DistributionError},

@@ -5,13 +5,15 @@
 mod silence;
 
 use super::document::{Field, Section, counted};
-use super::{ControllerSettings, DesignError, Network, Plant};
+use super::{Acknowledgement, ControllerSettings, DesignError, Network, Plant};
 use slqg::DefaultInput;
 use slqg_links::identify::chance::two_sided;
 
 /// Probability that a measurement is rejected if plant and noise are as designed. At 1 kHz and with two outputs that is one
 /// reading in six days.
 const GATE: f64 = 1e-9;
+/// Standard deviations of an innovation whose distribution is not known: of any, one in ten thousand lies beyond (Chebyshev).
+const FAR: f64 = 100.0;
 /// Rejected cycles in a row after which it is the model that is doubted.
 const DOUBT_AFTER: usize = 8;
 /// Readings that are the same to the bit after which a sensor is held to be stuck.
@@ -24,8 +26,8 @@ const MOST: usize = u16::MAX as usize;
 /// What both ends do where measurements or packets fail. Counts are of cycles in a row; 0 stands for never.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Safety {
-    /// Probability that an output of a right measurement is rejected; `None`: nothing is.
-    pub gate: Option<f64>,
+    /// Probability that an output of a right measurement is rejected.
+    pub gate: Gate,
     /// Cycles in which nothing that was measured was believed before the estimate begins anew.
     pub doubt_after: u8,
     /// (least, greatest) reading of each output, in output units.
@@ -40,6 +42,18 @@ pub struct Safety {
     pub lost_after: u16,
     /// Cycles with an empty buffer before the actuator applies an input, and that, in input units.
     pub safe: Option<(u16, Vec<f64>)>,
+}
+
+/// Whether measurements are judged by how well they fit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Gate {
+    /// Where every age is known in time, with the usual probability. Where it is not, innovations are no gaussian ones, and rare
+    /// ones that lie far out are right: those beyond [`FAR`] standard deviations, of which there are few of any distribution.
+    Usual,
+    /// With this probability.
+    Level(f64),
+    /// Never.
+    None,
 }
 
 impl Safety {
@@ -105,9 +119,15 @@ impl Safety {
         })
     }
 
-    /// The quantile of the chi-square distribution with one degree of freedom at which a reading is rejected.
-    pub fn threshold(&self) -> Option<f64> {
-        let level = self.gate?;
+    /// The squared innovation, in its variance, beyond which a reading is rejected in a loop with these acknowledgements: a
+    /// quantile of the chi-square distribution with one degree of freedom. `None`: everything is believed.
+    pub fn threshold(&self, acknowledgement: &Acknowledgement) -> Option<f64> {
+        let level = match self.gate {
+            Gate::Usual if *acknowledgement == Acknowledgement::Instant => GATE,
+            Gate::Usual => return Some(FAR * FAR),
+            Gate::None => return None,
+            Gate::Level(level) => level,
+        };
         // The tail falls with the distance: bisection, to the last bit.
         let (mut near, mut far) = (0.0, 40.0);
         for _ in 0..100 {
@@ -118,11 +138,11 @@ impl Safety {
     }
 }
 
-fn gate_of(field: Option<Field<'_>>) -> Result<Option<f64>, DesignError> {
-    let Some(field) = field else { return Ok(Some(GATE)) };
+fn gate_of(field: Option<Field<'_>>) -> Result<Gate, DesignError> {
+    let Some(field) = field else { return Ok(Gate::Usual) };
     match field.number()? {
-        0.0 => Ok(None),
-        level if (1e-100..0.1).contains(&level) => Ok(Some(level)),
+        0.0 => Ok(Gate::None),
+        level if (1e-100..0.1).contains(&level) => Ok(Gate::Level(level)),
         level => Err(field.reject(format!("found the number {level}"))),
     }
 }

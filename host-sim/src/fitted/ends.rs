@@ -2,7 +2,7 @@
 
 use crate::{contender::Kind, plant::padded};
 use gain_gen::{
-    design::{Counted, Design, Steps},
+    design::{Acknowledgement, Counted, Design, Steps},
     joining::joining_covariance,
 };
 use nalgebra::{DMatrix, SMatrix, SVector};
@@ -64,11 +64,14 @@ pub(super) fn actuator<T: Scalar, const NU: usize>(
 }
 
 /// What is believed of the measurements; of a padded output nothing is to be said.
-pub(super) fn plausibility<T: Scalar, const NY: usize>(design: &Design) -> Plausibility<T, NY> {
+pub(super) fn plausibility<T: Scalar, const NY: usize>(
+    design: &Design,
+    acknowledgement: &Acknowledgement,
+) -> Plausibility<T, NY> {
     let safety = &design.safety;
     let anything = [-T::nearest(f64::INFINITY), T::nearest(f64::INFINITY)];
     Plausibility {
-        gate: safety.threshold().map(T::nearest),
+        gate: safety.threshold(acknowledgement).map(T::nearest),
         doubt_after: safety.doubt_after,
         range: safety.range.as_ref().map(|range| {
             core::array::from_fn(|output| {
