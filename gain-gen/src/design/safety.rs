@@ -6,7 +6,7 @@ mod silence;
 
 use super::document::{Field, Section, counted};
 use super::{Acknowledgement, ControllerSettings, DesignError, Network, Plant};
-use slqg::DefaultInput;
+use slqg::{DefaultInput, estimator::Merging};
 use slqg_links::identify::chance::two_sided;
 
 /// Probability that a measurement is rejected if plant and noise are as designed. At 1 kHz and with two outputs that is one
@@ -48,7 +48,8 @@ pub struct Safety {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Gate {
     /// Where every age is known in time, with the usual probability. Where it is not, innovations are no gaussian ones, and rare
-    /// ones that lie far out are right: those beyond [`FAR`] standard deviations, of which there are few of any distribution.
+    /// ones that lie far out are right: those beyond 100 standard deviations, of which there are few of any distribution, and none
+    /// where the estimator itself weighs what would explain them.
     Usual,
     /// With this probability.
     Level(f64),
@@ -119,13 +120,13 @@ impl Safety {
         })
     }
 
-    /// The squared innovation, in its variance, beyond which a reading is rejected in a loop with these acknowledgements: a
+    /// The squared innovation, in its variance, beyond which a reading is rejected in a loop with these acknowledgements and this estimator: a
     /// quantile of the chi-square distribution with one degree of freedom. `None`: everything is believed.
-    pub fn threshold(&self, acknowledgement: &Acknowledgement) -> Option<f64> {
+    pub fn threshold(&self, acknowledgement: &Acknowledgement, merging: Merging) -> Option<f64> {
         let level = match self.gate {
             Gate::Usual if *acknowledgement == Acknowledgement::Instant => GATE,
-            Gate::Usual => return Some(FAR * FAR),
-            Gate::None => return None,
+            Gate::Usual if merging == Merging::Single => return Some(FAR * FAR),
+            Gate::Usual | Gate::None => return None,
             Gate::Level(level) => level,
         };
         // The tail falls with the distance: bisection, to the last bit.
