@@ -120,8 +120,8 @@ impl Safety {
         })
     }
 
-    /// The squared innovation, in its variance, beyond which a reading is rejected in a loop with these acknowledgements and this estimator: a
-    /// quantile of the chi-square distribution with one degree of freedom. `None`: everything is believed.
+    /// The squared innovation, in its variance, beyond which a reading is rejected in a loop with these acknowledgements and this
+    /// estimator: a quantile of the chi-square distribution with one degree of freedom. `None`: everything is believed.
     pub fn threshold(&self, acknowledgement: &Acknowledgement, merging: Merging) -> Option<f64> {
         let level = match self.gate {
             Gate::Usual if *acknowledgement == Acknowledgement::Instant => GATE,

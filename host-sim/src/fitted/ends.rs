@@ -9,7 +9,7 @@ use nalgebra::{DMatrix, SMatrix, SVector};
 use slqg::{
     DefaultInput, Scalar,
     actuator::{Limits, Safe, Settings},
-    estimator::{Model, Plausibility},
+    estimator::{Merging, Model, Plausibility},
     wire::can::Grid,
 };
 
@@ -67,11 +67,12 @@ pub(super) fn actuator<T: Scalar, const NU: usize>(
 pub(super) fn plausibility<T: Scalar, const NY: usize>(
     design: &Design,
     acknowledgement: &Acknowledgement,
+    merging: Merging,
 ) -> Plausibility<T, NY> {
     let safety = &design.safety;
     let anything = [-T::nearest(f64::INFINITY), T::nearest(f64::INFINITY)];
     Plausibility {
-        gate: safety.threshold(acknowledgement).map(T::nearest),
+        gate: safety.threshold(acknowledgement, merging).map(T::nearest),
         doubt_after: safety.doubt_after,
         range: safety.range.as_ref().map(|range| {
             core::array::from_fn(|output| {
