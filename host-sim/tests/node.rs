@@ -204,6 +204,18 @@ fn a_trajectory_exits_with_2() {
 
 #[cfg(target_os = "linux")]
 #[test]
+fn a_design_that_asks_for_sealed_frames_is_not_run_with_plain_ones() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = design(&folder);
+    let text = std::fs::read_to_string(&path).expect("readable");
+    std::fs::write(&path, text + "\n[wire]\nauthentication = \"cmac\"\nformat = \"bytes\"\n")
+        .expect("writable");
+    let design = path.to_str().expect("UTF-8");
+    let said = refused(&["controller", design, "--udp", "127.0.0.1:0", "--actuator", "127.0.0.1:9"]);
+    assert!(said.contains("wire.authentication"), "{said}");
+}
+
+#[test]
 fn a_missing_can_interface_exits_with_2() {
     let folder = tempfile::tempdir().expect("a folder");
     let design = design(&folder);

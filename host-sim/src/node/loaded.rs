@@ -14,7 +14,7 @@ use crate::{
 };
 use gain_gen::{
     console::tell,
-    design::{Design, Goal},
+    design::{Authentication, Design, Goal},
     report::Report,
     solve::Method,
     warnings,
@@ -32,6 +32,12 @@ impl<'o> Loaded<'o> {
     pub(super) fn new(common: &'o Common) -> Result<Self, NodeError> {
         let design = warnings::load(&common.design).map_err(|error| NodeError::Input(error.to_string()))?;
         let loaded = Self { common, design };
+        if loaded.design.authentication != Authentication::None {
+            return Err(loaded.wrong(
+                "wire.authentication: found \"cmac\", but these nodes seal no frames and would take forged ones; those of boards do \
+                 (host-sim pil). Give \"none\" to run without",
+            ));
+        }
         if let Some(Goal::Trajectory(_)) = loaded.design.tracking.as_ref().map(|tracking| &tracking.goal) {
             return Err(loaded.wrong(
                 "tracking: found a trajectory, which needs a common beginning; nodes can keep a set_point, or track nothing",
