@@ -75,7 +75,7 @@ fn compile_design() {
         assert!(
             controller.input_limits.is_some() || controller.is_unlimited,
             "{}: controller.input_limits: missing, and a device would apply whatever is computed; give one pair [least, greatest] \
-             per input, or input_limits = \"none\" if that is meant",
+             per input, or controller.unlimited_inputs = true if that is meant",
             path.display()
         );
     }

@@ -12,7 +12,7 @@
 //! ```
 
 use gain_gen::{
-    design::{DelayDistribution, Design, Link, Plant},
+    design::{DelayDistribution, Design, Gate, Link, Plant},
     margins::{Bounds, Change, Flashed, LinkMargins, PlantMargin, delayed, margins, plant_margin, thinned},
     solve::{LoopProblem, Method, Solution, solve},
 };
@@ -70,6 +70,13 @@ fn settles(fate: &Fate) -> bool {
     matches!(fate, Fate::Settled(first, second) if first.max(*second) < ALIKE * first.min(*second))
 }
 
+/// The same with a filter that believes every reading, as the margins have it: a gate may hold the loop beyond them.
+fn linear(design: &Design) -> Design {
+    let mut linear = design.clone();
+    linear.safety.gate = Gate::None;
+    linear
+}
+
 fn around(design: &Design, change: Change, factor: f64) -> Fate {
     let (a, b) = change.plant(&design.plant, factor).expect("in range");
     fate(design, |contender| contender.plant = Some(Plant { a, b, ..design.plant.clone() }))
@@ -94,9 +101,10 @@ fn both_sides(name: &str, inside: &Fate, beyond: impl Iterator<Item = (f64, Fate
 /// Every boundary that there is of a factor on the plant: the largest part of the way at which a run had not yet diverged.
 fn of_plant(design: &Design, PlantMargin { change, flashed: Bounds { least, greatest }, .. }: PlantMargin) {
     for bound in [least, greatest].into_iter().flatten() {
-        let at = |part| around(design, change, along(change, bound, part));
-        let beyond = OUTSIDE.into_iter().map(|part| (part, at(part)));
-        both_sides(&format!("{} {change:?} {bound:.4}", design.name), &at(INSIDE), beyond);
+        let at = |design: &Design, part| around(design, change, along(change, bound, part));
+        let linear = linear(design);
+        let beyond = OUTSIDE.into_iter().map(|part| (part, at(&linear, part)));
+        both_sides(&format!("{} {change:?} {bound:.4}", design.name), &at(design, INSIDE), beyond);
     }
 }
 
@@ -108,17 +116,21 @@ fn of_link(
     margins: LinkMargins,
     put: impl Fn(&mut Contender, Link),
 ) {
-    let over = |link: DelayDistribution| fate(design, |contender| put(contender, Link::independent(link)));
+    let linear = linear(design);
+    let under = |design: &Design, link: DelayDistribution| {
+        fate(design, |contender| put(contender, Link::independent(link)))
+    };
+    let over = |link: DelayDistribution| under(&linear, link);
     let loss = margins.extra_loss;
     if loss < 1.0 {
         let beyond = LOST.into_iter().map(|part| loss + part * (1.0 - loss));
         let beyond = beyond.map(|share| (share, over(thinned(&link.delays, share))));
-        let inside = over(thinned(&link.delays, INSIDE * loss));
+        let inside = under(design, thinned(&link.delays, INSIDE * loss));
         both_sides(&format!("{} {name}, loss {loss:.4}", design.name), &inside, beyond);
     }
     if let Some(steps) = margins.extra_delay {
         let beyond = (1..=3).map(|more| (more as f64, over(delayed(&link.delays, steps + more))));
-        let inside = over(delayed(&link.delays, steps));
+        let inside = under(design, delayed(&link.delays, steps));
         both_sides(&format!("{} {name}, {steps} later", design.name), &inside, beyond);
     }
 }

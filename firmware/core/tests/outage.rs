@@ -62,7 +62,7 @@ impl<const NX: usize, const NY: usize> Case<NX, NY> {
         let mut link = Link::new(self.model(), &[0.7], settings(DefaultInput::Zero, None));
         // As designs have it that say nothing of it.
         link.plausibility =
-            Plausibility { gate: Some(T::nearest(37.325)), doubt_after: 8, ..Plausibility::NONE };
+            Plausibility { gate: Some(T::nearest(1e4)), doubt_after: 8, ..Plausibility::NONE };
         link.driven(merging, 3, Tick(0))
     }
 

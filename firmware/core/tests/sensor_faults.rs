@@ -168,8 +168,10 @@ fn outcome(plausibility: &'static Plausibility<f32, 2>, fault: Fault) -> Outcome
 
 /// Believes all that is a number.
 static CREDULOUS: Plausibility<f32, 2> = Plausibility::NONE;
-/// Knows besides what its sensors can read, and that they are never quite still.
+/// Judges more sharply, and knows besides what its sensors can read, and that they are never quite still.
 static INFORMED: Plausibility<f32, 2> = Plausibility {
+    // The quantile of the chi-square distribution with one degree of freedom at 1 - 1e-9.
+    gate: Some(37.324894),
     range: Some([[-20.0, 20.0], [-0.6, 0.6]]),
     stuck_after: [3, 3],
     rejects_stuck: true,

@@ -80,6 +80,7 @@ impl ControllerSettings {
             "estimator",
             "scalar",
             "input_limits",
+            "unlimited_inputs",
             "input_rates",
         ])?;
         let (sequence_length, tolerance) = length_of(&controller)?;
@@ -105,12 +106,14 @@ impl ControllerSettings {
             None => DeviceScalar::F32,
             Some(field) => field.choice(&[("f32", DeviceScalar::F32), ("f64", DeviceScalar::F64)])?,
         };
-        let limits = "one pair [least, greatest] per input: [[-1, 1], ..], or \"none\"";
-        let (input_limits, is_unlimited) = match controller.optional("input_limits", limits) {
-            None => (None, false),
-            Some(field) if field.is_text() => (None, field.choice(&[("none", true)])?),
-            Some(field) => (Some(limits_of(&field, inputs)?), false),
+        let limits = "one pair [least, greatest] per input: [[-1, 1], ..]";
+        let input_limits = match controller.optional("input_limits", limits) {
+            None => None,
+            Some(field) => Some(limits_of(&field, inputs)?),
         };
+        let is_unlimited = controller
+            .optional("unlimited_inputs", "true or false")
+            .map_or(Ok(false), |field| field.truth())?;
         let input_rates = rates_of(&controller, inputs, input_limits.is_some(), estimator)?;
         let settings = ControllerSettings {
             sequence_length,

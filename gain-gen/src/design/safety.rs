@@ -9,10 +9,8 @@ use super::{Acknowledgement, ControllerSettings, DesignError, Network, Plant};
 use slqg::{DefaultInput, estimator::Merging};
 use slqg_links::identify::chance::two_sided;
 
-/// Probability that a measurement is rejected if plant and noise are as designed. At 1 kHz and with two outputs that is one
-/// reading in six days.
-const GATE: f64 = 1e-9;
-/// Standard deviations of an innovation whose distribution is not known: of any, one in ten thousand lies beyond (Chebyshev).
+/// Standard deviations beyond which no innovation is believed unless the design says. A loop whose plant is not quite the model has
+/// larger innovations than the filter thinks, in proportion to its state: a gate of six would take from it what its margins promise.
 const FAR: f64 = 100.0;
 /// Rejected cycles in a row after which it is the model that is doubted.
 const DOUBT_AFTER: usize = 8;
@@ -47,11 +45,9 @@ pub struct Safety {
 /// Whether measurements are judged by how well they fit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Gate {
-    /// Where every age is known in time, with the usual probability. Where it is not, innovations are no gaussian ones, and rare
-    /// ones that lie far out are right: those beyond 100 standard deviations, of which there are few of any distribution, and none
-    /// where the estimator itself weighs what would explain them.
+    /// Beyond 100 standard deviations; never where the estimator itself weighs ages that would explain them.
     Usual,
-    /// With this probability.
+    /// With this probability of rejecting one that is right.
     Level(f64),
     /// Never.
     None,
@@ -124,8 +120,9 @@ impl Safety {
     /// estimator: a quantile of the chi-square distribution with one degree of freedom. `None`: everything is believed.
     pub fn threshold(&self, acknowledgement: &Acknowledgement, merging: Merging) -> Option<f64> {
         let level = match self.gate {
-            Gate::Usual if *acknowledgement == Acknowledgement::Instant => GATE,
-            Gate::Usual if merging == Merging::Single => return Some(FAR * FAR),
+            Gate::Usual if merging == Merging::Single || *acknowledgement == Acknowledgement::Instant => {
+                return Some(FAR * FAR);
+            }
             Gate::Usual | Gate::None => return None,
             Gate::Level(level) => level,
         };

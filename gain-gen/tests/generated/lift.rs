@@ -221,7 +221,7 @@ pub static MODEL: slqg::estimator::Model<Scalar, STATES, INPUTS, OUTPUTS> =
 #[rustfmt::skip]
 #[allow(clippy::approx_constant)]
 pub static PLAUSIBILITY: slqg::estimator::Plausibility<Scalar, OUTPUTS> = slqg::estimator::Plausibility {
-    gate: Some(37.324894),
+    gate: Some(10000.0),
     doubt_after: 8,
     range: None,
     stuck_after: [10],
