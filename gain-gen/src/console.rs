@@ -24,7 +24,7 @@ pub fn print(answer: impl Display) -> Result<(), NotPrinted> {
 /// Prints what `write` writes.
 ///
 /// # Errors
-/// As [`print`].
+/// As [`print()`].
 pub fn print_by(write: impl FnOnce(&mut BufWriter<StdoutLock>) -> io::Result<()>) -> Result<(), NotPrinted> {
     let mut stdout = BufWriter::new(io::stdout().lock());
     let written = write(&mut stdout).and_then(|()| stdout.flush());
