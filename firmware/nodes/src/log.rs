@@ -5,6 +5,7 @@ use crate::board::Notice;
 use crate::hardware;
 use core::cell::UnsafeCell;
 use critical_section::RestoreState;
+use slqg::health::{Cause, Health};
 use slqg::wire::TuningStep;
 
 /// One message at a time, interrupts masked.
@@ -63,7 +64,9 @@ pub(crate) fn note(notice: Notice) {
         Notice::Aligned(tick) => defmt::info!("first cycle {=u32}", tick.0),
         Notice::Realigned(tick) => defmt::warn!("begins anew with cycle {=u32}", tick.0),
         Notice::ClockRefused(tick) => defmt::warn!("the clock jumps to cycle {=u32}: not taken", tick.0),
-        Notice::Health(health) => defmt::warn!("{}", health),
+        Notice::Health(Health::Nominal) => defmt::info!("nominal"),
+        Notice::Health(Health::Degraded(cause)) => defmt::warn!("degraded: {=str}", told(cause)),
+        Notice::Health(Health::Lost(cause)) => defmt::warn!("lost: {=str}", told(cause)),
         Notice::Safe => defmt::warn!("no cycle for too long: safe input"),
         Notice::Gains(verdict) => defmt::info!("gains: verdict {=u8}", verdict as u8),
         Notice::Tuned(TuningStep::Started) => defmt::info!("the link has changed: solving"),
@@ -72,5 +75,17 @@ pub(crate) fn note(notice: Notice) {
         #[cfg(feature = "authentication")]
         Notice::Alarm(alarm) => defmt::warn!("too many frames refused: {=u8}", alarm as u8),
         Notice::Rejected(kind) => defmt::debug!("frame of kind {=u8} changed nothing", kind),
+    }
+}
+
+/// As text of this crate: with formats of the core's own, programs of other boards would need defmt's linker script.
+const fn told(cause: Cause) -> &'static str {
+    match cause {
+        Cause::NotMeasured => "no measurement that could be believed for too long",
+        Cause::Implausible(_) => "an output does not fit the estimate",
+        Cause::Stuck(_) => "an output reads the same for too long",
+        Cause::BegunAnew => "the estimate began anew",
+        Cause::NotFinite => "no finite sequence could be computed",
+        Cause::RunOut => "the buffer has run out",
     }
 }
