@@ -147,6 +147,23 @@ fn a_reading_that_stays_the_same_to_the_bit_is_told_and_left_out_only_if_the_des
 }
 
 #[test]
+fn a_measurement_of_a_cycle_to_come_does_not_keep_a_sensor_stuck() {
+    static REJECTING: Plausibility<f32, 1> = Plausibility { rejects_stuck: true, ..PLAUSIBILITY };
+    after_ten_cycles(&REJECTING, |controller| {
+        for _ in 0..6 {
+            let _ = reads(controller, 0.01);
+            sends(controller);
+        }
+        assert_eq!(controller.health().cause(), Some(Cause::Stuck(0)));
+        let early = Measurement { tick: controller.tick() + 1000, output: SVector::from([0.01]) };
+        assert!(controller.measured(&early).is_err());
+        reads(controller, 0.011).expect("it moves again");
+        sends(controller);
+        assert_eq!(controller.health(), Health::Nominal);
+    });
+}
+
+#[test]
 fn a_design_with_a_gate_or_a_range_that_nothing_passes_is_refused() {
     static NO_GATE: Plausibility<f32, 1> = Plausibility { gate: Some(f32::NAN), ..PLAUSIBILITY };
     static EMPTY: Plausibility<f32, 1> = Plausibility { range: Some([[1.0, 1.0]]), ..PLAUSIBILITY };

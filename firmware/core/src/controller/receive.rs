@@ -61,7 +61,7 @@ impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize> Controller<'_
     /// # Errors
     /// Says why it changed nothing. It is counted.
     pub fn measured(&mut self, measurement: &Measurement<T, NY>) -> Result<(), RejectedFrame> {
-        let seen = self.watch.sees(self.design.plausibility, measurement);
+        let seen = self.watch.sees(self.design.plausibility, measurement, self.filter.tick());
         let taken = match self.filter.measure(measurement.tick, seen) {
             // Nothing of it is left, though there was something in it.
             Err(RejectedMeasurement::NotFinite)

@@ -25,16 +25,19 @@ impl<T: Scalar, const NY: usize> Watch<T, NY> {
         same: [0; NY],
     };
 
-    /// What of `measurement` is to be believed before anything else is known: what is not is no number.
+    /// What of `measurement` is to be believed in cycle `now` before anything else is known: what is not is no number.
     #[inline]
     pub(super) fn sees(
         &mut self,
         plausibility: &Plausibility<T, NY>,
         measurement: &Measurement<T, NY>,
+        now: Tick,
     ) -> SVector<T, NY> {
         let mut output = measurement.output;
-        // What is late tells nothing of how the sensor is now.
-        if self.newest.is_none_or(|newest| measurement.tick.is_after(newest)) {
+        // What is late tells nothing of how the sensor is now; and after one from a cycle to come nothing would be new any more.
+        if !measurement.tick.is_after(now)
+            && self.newest.is_none_or(|newest| measurement.tick.is_after(newest))
+        {
             let is_first = self.newest.is_none();
             for (place, same) in self.same.iter_mut().enumerate() {
                 let is_same = output[place] == self.readings[place] && !is_first;
