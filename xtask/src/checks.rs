@@ -7,7 +7,7 @@ use std::time::Instant;
 use crate::qemu::Qemu;
 use crate::toolchain::Toolchain;
 use crate::workspace::Workspace;
-use crate::{Result, examples, firmware, panics, pil, process, publication, target_bench};
+use crate::{Result, examples, firmware, fuzz, panics, pil, process, publication, target_bench};
 
 /// `cargo xtask test`. Stops at the first failure.
 pub(crate) fn test(workspace: &Workspace) -> Result<()> {
@@ -19,6 +19,8 @@ pub(crate) fn test(workspace: &Workspace) -> Result<()> {
         Ok((Toolchain::find(workspace)?, Qemu::find_or_install()?))
     })?;
     command("format", workspace.cargo().args(["fmt", "--all", "--", "--check"]))?;
+    // Programs of another workspace: neither formatter nor lock file of this one is theirs.
+    step("programs for fuzzing", || fuzz::check(workspace))?;
     command(
         "lints",
         workspace.cargo().args(["clippy", "--quiet", "--workspace", "--all-targets", "--", "-D", "warnings"]),

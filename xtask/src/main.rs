@@ -1,7 +1,7 @@
 //! The project's tasks, run as `cargo xtask <task>`.
 //!
-//! `demo` shows what the project does, `test` is every check there is, `firmware` and `size` deal with the image for the
-//! reference board. Whatever cross-building and emulation need is looked for first, and set up from distribution
+//! `demo` shows what the project does, `test` is every check there is, `fuzz` looks for bytes that nobody thought of,
+//! `firmware` and `size` deal with the image for the reference board. Whatever cross-building and emulation need is looked for first, and set up from distribution
 //! packages where that is possible; otherwise a task stops and says what to run. Nothing is skipped silently.
 
 use std::io::{Write, stderr};
@@ -18,6 +18,7 @@ mod demo;
 mod distribution;
 mod examples;
 mod firmware;
+mod fuzz;
 mod nodes;
 mod packages;
 mod panics;
@@ -60,6 +61,8 @@ enum Task {
     },
     /// Run controller and actuator on boards in QEMU for every kind of loop, and compare with the simulator bit by bit
     Pil,
+    /// Look for bytes that break a property of those that read them, for so many minutes
+    Fuzz(fuzz::Options),
     /// Build the images for the reference board and show how much memory they take
     Size,
     /// Measure: ratios within one run, rates, or instructions
@@ -115,6 +118,7 @@ fn perform(task: &Task) -> Result<()> {
         Task::Firmware { nodes, .. } if nodes.design.is_some() => nodes::nodes(&workspace, nodes),
         Task::Firmware { run, .. } => firmware::firmware(&workspace, *run),
         Task::Pil => pil::pil(&workspace),
+        Task::Fuzz(options) => fuzz::fuzz(&workspace, options),
         Task::Size => size::size(&workspace),
         Task::Bench { what: Bench::Gains, .. } => {
             process::run(workspace.cargo().args(["bench", "--quiet", "-p", "gain-gen", "--bench", "gains"]))

@@ -13,6 +13,7 @@ pub const fn stuffed_len(len: usize) -> usize {
 }
 
 /// Writes `frame` as it goes over the line into `buffer`, and returns its bytes: [`stuffed_len`] of them or one less.
+/// Of a frame of no byte nothing gets through: frames have some.
 ///
 /// # Errors
 /// If `buffer` is too small.

@@ -1,0 +1,31 @@
+//! What must hold whatever bytes come in: one function for each way in, which panics where it does not hold.
+//!
+//! The same functions are run by libFuzzer, on bytes that it finds (`fuzz`, the folder above, and `cargo xtask fuzz`), and by this
+//! crate's tests, on the bytes that are kept in `fuzz/corpus`. A function takes its bytes as they are, or reads a script from them:
+//! what happens to an end of the loop, cycle by cycle, in frames whose checksums and tags are right.
+//!
+//! | room | what lives there |
+//! |---|---|
+//! | [`wire`] | frames of the loop |
+//! | [`serial`] | frames on a serial line |
+//! | [`actuator`] | an actuator and the frames that it takes |
+//! | [`script`] | frames and numbers, read from bytes |
+//! | [`seeds`] | the bytes in `fuzz/corpus` |
+
+pub mod actuator;
+pub mod script;
+pub mod seeds;
+pub mod serial;
+pub mod wire;
+
+/// A property of any bytes; it panics where they break it.
+pub type Property = fn(&[u8]);
+
+/// Every property by its name, which the program for libFuzzer and the folder of its corpus have, too.
+pub const PROPERTIES: [(&str, Property); 3] =
+    [("actuator", actuator::check), ("serial", serial::check), ("wire", wire::check)];
+
+/// The property of that name.
+pub fn named(name: &str) -> Option<Property> {
+    PROPERTIES.iter().find(|(known, _)| *known == name).map(|(_, property)| *property)
+}
