@@ -95,7 +95,10 @@ fn build(workspace: &Workspace, wanted: &[String]) -> Result<Vec<PathBuf>> {
     let mut cargo = workspace.cargo();
     // With a target named, build scripts and macros are not instrumented.
     cargo.current_dir(&folder).args(["build", "--release", "--locked", "--target", host]);
-    cargo.env_remove("CARGO_ENCODED_RUSTFLAGS").env("RUSTFLAGS", INSTRUMENTED).env("CARGO_TARGET_DIR", workspace.target.join("fuzz"));
+    cargo
+        .env_remove("CARGO_ENCODED_RUSTFLAGS")
+        .env("RUSTFLAGS", INSTRUMENTED)
+        .env("CARGO_TARGET_DIR", workspace.target.join("fuzz"));
     if wanted.is_empty() {
         cargo.arg("--bins");
     }

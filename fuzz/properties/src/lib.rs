@@ -8,22 +8,45 @@
 //! |---|---|
 //! | [`wire`] | frames of the loop |
 //! | [`serial`] | frames on a serial line |
+//! | [`service`] | frames between a node and its host |
+//! | [`can`] | frames on a CAN bus, classic and FD |
 //! | [`actuator`] | an actuator and the frames that it takes |
+//! | [`controller`] | a controller and the frames that it takes |
+//! | [`sealed`] | both behind guards, and somebody on their line |
+//! | [`blob`] | gains as bytes |
+//! | [`gains`] | gains that come over the link |
+//! | `plant` | the loop that they all are of |
 //! | [`script`] | frames and numbers, read from bytes |
 //! | [`seeds`] | the bytes in `fuzz/corpus` |
 
 pub mod actuator;
+pub mod blob;
+pub mod can;
+pub mod controller;
+pub mod gains;
+mod plant;
 pub mod script;
+pub mod sealed;
 pub mod seeds;
 pub mod serial;
+pub mod service;
 pub mod wire;
 
 /// A property of any bytes; it panics where they break it.
 pub type Property = fn(&[u8]);
 
 /// Every property by its name, which the program for libFuzzer and the folder of its corpus have, too.
-pub const PROPERTIES: [(&str, Property); 3] =
-    [("actuator", actuator::check), ("serial", serial::check), ("wire", wire::check)];
+pub const PROPERTIES: [(&str, Property); 9] = [
+    ("actuator", actuator::check),
+    ("blob", blob::check),
+    ("can", can::check),
+    ("controller", controller::check),
+    ("gains", gains::check),
+    ("sealed", sealed::check),
+    ("serial", serial::check),
+    ("service", service::check),
+    ("wire", wire::check),
+];
 
 /// The property of that name.
 pub fn named(name: &str) -> Option<Property> {

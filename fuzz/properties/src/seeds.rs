@@ -4,7 +4,10 @@
 //! a name that says what was wrong.
 
 mod actuator;
+mod bus;
+mod controller;
 mod frames;
+mod law;
 
 use std::path::{Path, PathBuf};
 
@@ -12,8 +15,18 @@ use std::path::{Path, PathBuf};
 pub type Seed = (&'static str, Vec<u8>);
 
 /// The seeds of every property.
-pub fn all() -> [(&'static str, Vec<Seed>); 3] {
-    [("actuator", actuator::seeds()), ("serial", frames::on_a_line()), ("wire", frames::of_the_loop())]
+pub fn all() -> Vec<(&'static str, Vec<Seed>)> {
+    vec![
+        ("actuator", actuator::seeds()),
+        ("blob", law::blobs()),
+        ("can", bus::seeds()),
+        ("controller", controller::seeds()),
+        ("gains", law::over_the_link()),
+        ("sealed", controller::sealed()),
+        ("serial", frames::on_a_line()),
+        ("service", frames::of_a_host()),
+        ("wire", frames::of_the_loop()),
+    ]
 }
 
 /// Where they are kept: a folder for each property.

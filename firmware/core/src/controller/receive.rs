@@ -15,9 +15,11 @@ use nalgebra::SVector;
 pub enum RejectedFrame {
     /// The bytes are neither a measurement nor an acknowledgement for this controller.
     Decode(DecodeError),
-    /// The measurement in it is of no use.
+    /// The measurement in it is of no use to the estimate. If it is newer than those before, what it tells of its sensor
+    /// ([`Controller::health`]) is kept all the same.
     Measurement(RejectedMeasurement),
-    /// No reading of the measurement is within the sensor's range, or all are of sensors that are stuck.
+    /// No reading of the measurement is within the sensor's range, or all are of sensors that are stuck. What it tells of its
+    /// sensor is kept.
     Implausible,
     /// The acknowledgement names a cycle that is not over, is too long ago, or a sequence that was never sent.
     Acknowledgement,
