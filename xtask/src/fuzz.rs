@@ -78,12 +78,9 @@ pub(crate) fn check(workspace: &Workspace) -> Result<()> {
     process::run(workspace.cargo().current_dir(&folder).args(["fmt", "--", "--check"]))?;
     let mut cargo = workspace.cargo();
     cargo.current_dir(&folder).args(["metadata", "--locked", "--format-version", "1"]);
-    process::stdout_of(&mut cargo).map(drop).map_err(|error| {
-        format!(
-            "{error}
-if a dependency has changed: cargo update --workspace in {FOLDER}"
-        )
-        .into()
+    let listed = process::stdout_of(&mut cargo).map(drop);
+    listed.map_err(|error| {
+        format!("{error}\n(if a dependency has changed: cargo update --workspace in {FOLDER})").into()
     })
 }
 
@@ -177,9 +174,12 @@ impl<'p> Run<'p> {
     }
 }
 
-/// What is kept in a folder.
+/// The inputs in a folder that break a property, take too long, or too much memory. One that is slow is kept there, too.
 fn inputs(folder: &Path) -> Result<Vec<PathBuf>> {
-    Ok(fs::read_dir(folder)?.map(|entry| entry.map(|entry| entry.path())).collect::<Result<_, _>>()?)
+    let mut inputs: Vec<_> =
+        fs::read_dir(folder)?.map(|entry| entry.map(|entry| entry.path())).collect::<Result<_, _>>()?;
+    inputs.retain(|input| !input.file_name().unwrap_or_default().to_string_lossy().starts_with("slow-unit-"));
+    Ok(inputs)
 }
 
 /// A figure that libFuzzer tells at the end.

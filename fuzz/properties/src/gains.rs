@@ -129,7 +129,7 @@ fn take(
         Ok(whole) => {
             assert_eq!(whole.len(), usize::from(part.total));
             assert!(whole.ends_with(part.bytes), "it ends with the part that came last");
-            load(bank, &whole.to_vec(), chance, expected);
+            load(bank, whole, chance, expected);
         }
         Err(answer) => {
             assert!(usize::from(answer.received) <= ROOM);

@@ -15,6 +15,9 @@
 //! | [`sealed`] | both behind guards, and somebody on their line |
 //! | [`blob`] | gains as bytes |
 //! | [`gains`] | gains that come over the link |
+//! | [`logs`] | logs of a link |
+//! | [`design`] | design files, and what is emitted of them |
+//! | [`solved`] | the same for designs that are made up |
 //! | `plant` | the loop that they all are of |
 //! | [`script`] | frames and numbers, read from bytes |
 //! | [`seeds`] | the bytes in `fuzz/corpus` |
@@ -23,28 +26,34 @@ pub mod actuator;
 pub mod blob;
 pub mod can;
 pub mod controller;
+pub mod design;
 pub mod gains;
+pub mod logs;
 mod plant;
 pub mod script;
 pub mod sealed;
 pub mod seeds;
 pub mod serial;
 pub mod service;
+pub mod solved;
 pub mod wire;
 
 /// A property of any bytes; it panics where they break it.
 pub type Property = fn(&[u8]);
 
 /// Every property by its name, which the program for libFuzzer and the folder of its corpus have, too.
-pub const PROPERTIES: [(&str, Property); 9] = [
+pub const PROPERTIES: [(&str, Property); 12] = [
     ("actuator", actuator::check),
     ("blob", blob::check),
     ("can", can::check),
     ("controller", controller::check),
+    ("design", design::check),
     ("gains", gains::check),
+    ("logs", logs::check),
     ("sealed", sealed::check),
     ("serial", serial::check),
     ("service", service::check),
+    ("solved", solved::check),
     ("wire", wire::check),
 ];
 

@@ -6,8 +6,10 @@
 mod actuator;
 mod bus;
 mod controller;
+mod designs;
 mod frames;
 mod law;
+mod logs;
 
 use std::path::{Path, PathBuf};
 
@@ -21,10 +23,13 @@ pub fn all() -> Vec<(&'static str, Vec<Seed>)> {
         ("blob", law::blobs()),
         ("can", bus::seeds()),
         ("controller", controller::seeds()),
+        ("design", designs::texts()),
         ("gains", law::over_the_link()),
+        ("logs", logs::seeds()),
         ("sealed", controller::sealed()),
         ("serial", frames::on_a_line()),
         ("service", frames::of_a_host()),
+        ("solved", designs::made_up()),
         ("wire", frames::of_the_loop()),
     ]
 }

@@ -46,6 +46,14 @@ pub fn read(paths: &[PathBuf], selection: &Selection<'_>) -> Result<Vec<Trace>, 
             fs::read(path).map_err(|error| TraceError::file(path, format!("cannot read it: {error}")))?;
         logs.push((path.clone(), bytes));
     }
+    traces(&logs, selection)
+}
+
+/// As [`read`], of logs whose bytes are there already, each with its name.
+///
+/// # Errors
+/// As [`read`].
+pub fn traces(logs: &[(PathBuf, Vec<u8>)], selection: &Selection<'_>) -> Result<Vec<Trace>, TraceError> {
     let formats: Vec<Format> =
         logs.iter().map(|(_, bytes)| selection.format.unwrap_or_else(|| recognised(bytes))).collect();
     if let Some(other) = formats.iter().position(|format| *format != formats[0]) {
@@ -60,7 +68,7 @@ pub fn read(paths: &[PathBuf], selection: &Selection<'_>) -> Result<Vec<Trace>, 
         Some(Format::Csv) => {
             logs.iter().map(|(file, bytes)| table::read(file, bytes, selection.gaps)).collect()
         }
-        Some(Format::Pcap) => Ok(vec![capture::read(&logs, selection.kind, gaps)?]),
+        Some(Format::Pcap) => Ok(vec![capture::read(logs, selection.kind, gaps)?]),
         Some(Format::Candump) => {
             let (Some(tx), Some(rx)) = (selection.tx, selection.rx) else {
                 let problem =
@@ -71,7 +79,7 @@ pub fn read(paths: &[PathBuf], selection: &Selection<'_>) -> Result<Vec<Trace>, 
                 return Err(TraceError::Whole("--tx and --rx are the same interface; give two".into()));
             }
             let selection = candump::Selection { tx, rx, id: selection.id, kind: selection.kind, gaps };
-            Ok(vec![candump::read(&logs, &selection)?])
+            Ok(vec![candump::read(logs, &selection)?])
         }
     }
 }
