@@ -78,6 +78,7 @@ pub(crate) fn check(workspace: &Workspace) -> Result<()> {
     process::run(workspace.cargo().current_dir(&folder).args(["fmt", "--", "--check"]))?;
     let mut cargo = workspace.cargo();
     cargo.current_dir(&folder).args(["metadata", "--locked", "--format-version", "1"]);
+    cargo.args(["--filter-platform", &host()?]);
     let listed = process::stdout_of(&mut cargo).map(drop);
     listed.map_err(|error| {
         format!("{error}\n(if a dependency has changed: cargo update --workspace in {FOLDER})").into()
@@ -87,11 +88,9 @@ pub(crate) fn check(workspace: &Workspace) -> Result<()> {
 /// The programs, built.
 fn build(workspace: &Workspace, wanted: &[String]) -> Result<Vec<PathBuf>> {
     let folder = workspace.root.join(FOLDER);
-    let host = process::stdout_of(Command::new("rustc").arg("-vV"))?;
-    let host = host.lines().find_map(|line| line.strip_prefix("host: ")).ok_or("rustc -vV names no host")?;
     let mut cargo = workspace.cargo();
     // With a target named, build scripts and macros are not instrumented.
-    cargo.current_dir(&folder).args(["build", "--release", "--locked", "--target", host]);
+    cargo.current_dir(&folder).args(["build", "--release", "--locked", "--target", &host()?]);
     cargo
         .env_remove("CARGO_ENCODED_RUSTFLAGS")
         .env("RUSTFLAGS", INSTRUMENTED)
@@ -108,6 +107,13 @@ fn build(workspace: &Workspace, wanted: &[String]) -> Result<Vec<PathBuf>> {
     let mut programs = built.binaries;
     programs.sort();
     Ok(programs)
+}
+
+/// This machine, as the compiler calls it.
+fn host() -> Result<String> {
+    let told = process::stdout_of(Command::new("rustc").arg("-vV"))?;
+    let host = told.lines().find_map(|line| line.strip_prefix("host: ")).ok_or("rustc -vV names no host")?;
+    Ok(host.to_owned())
 }
 
 /// One program and the folders that it works in.
