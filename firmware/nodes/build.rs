@@ -157,7 +157,13 @@ fn joining_model(design: &Design) -> String {
                  {},\n\
              ])),\n\
              ..super::design::MODEL\n\
-         }};\n",
+         }};\n\
+         /// Checksums of the design as it is, and for a controller that joins.\n\
+         #[allow(long_running_const_eval)]\n\
+         pub const CHECKSUMS: [slqg::controller::Checksums; 2] = [\n\
+             super::design::CHECKSUMS,\n\
+             slqg::controller::Design {{ model: &JOINING, ..super::design::DESIGN }}.checksums(),\n\
+         ];\n",
         columns.join(", ")
     )
 }

@@ -11,6 +11,7 @@ use crate::{
     checked::{Finite, Probabilities},
     controller::Law,
     gains::{Gains, InvalidGains, Tables},
+    integrity::{Part, Round, Twice},
     played::DefaultInput,
 };
 
@@ -35,6 +36,15 @@ pub struct Bank<'m, T, const NX: usize, const NU: usize> {
     length: usize,
     default_input: DefaultInput,
     sets: [&'m mut [T]; 2],
+    choice: Twice<Choice<T>>,
+    /// CRC-32/ISCSI of the tables in force: of the bytes of their blob, or as they were when they were put in force.
+    checksum: u32,
+    round: Round,
+}
+
+/// Which set is in force.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Choice<T> {
     /// The set that may be written; the other is in force, if any is.
     spare: usize,
     /// `q(0)` of the law in force; `None` while none of the bank's is.
@@ -73,7 +83,8 @@ impl<'m, T: Scalar, const NX: usize, const NU: usize> Bank<'m, T, NX, NU> {
         let needed = storage_len(&Shape { length, states: NX, inputs: NU, default_input });
         let (first, rest) = memory.split_at_mut_checked(needed)?;
         let second = rest.get_mut(..needed)?;
-        Some(Self { length, default_input, sets: [first, second], spare: 0, in_force: None })
+        let choice = Twice::new(Choice { spare: 0, in_force: None });
+        Some(Self { length, default_input, sets: [first, second], choice, checksum: 0, round: Round::START })
     }
 
     /// Dimensions of the laws it holds.
@@ -83,7 +94,16 @@ impl<'m, T: Scalar, const NX: usize, const NU: usize> Bank<'m, T, NX, NU> {
 
     /// Room for tables that are not in force: `Lx`, `M`, `r` one after the other, by rows.
     pub fn spare(&mut self) -> &mut [T] {
-        self.sets[self.spare]
+        // Of a choice that has changed by itself either set may be written: no law is in force.
+        let [first, second] = &mut self.sets;
+        if self.choice.either().spare == 0 { first } else { second }
+    }
+
+    /// The set in force, if one is; it may be the wrong one only if [`Bank::check_memory`] says so.
+    fn numbers_in_force(&self) -> Option<(&[T], T)> {
+        let Choice { spare, in_force } = self.choice.get()?;
+        let [first, second] = &self.sets;
+        Some((if *spare == 0 { second } else { first }, (*in_force)?))
     }
 
     /// Puts the law of a blob in force, if it is one of the plant `expected` and of the bank's dimensions. `arrives_at_once` is
@@ -103,7 +123,10 @@ impl<'m, T: Scalar, const NX: usize, const NU: usize> Bank<'m, T, NX, NU> {
         self.switch(arrives_at_once).map_err(|error| match error {
             InvalidLaw::Gains(gains) => BlobError::Gains(gains),
             InvalidLaw::NotAProbability => BlobError::Gains(InvalidGains::NotAProbability),
-        })
+        })?;
+        // Of the bytes whose own checksum was right, so that what was written wrong is found, too.
+        self.checksum = blob::tables_checksum(blob);
+        Ok(())
     }
 
     /// Puts what was written to [`Bank::spare`] in force, and makes the other set spare. `arrives_at_once` is `q(0)` of the
@@ -112,31 +135,54 @@ impl<'m, T: Scalar, const NX: usize, const NU: usize> Bank<'m, T, NX, NU> {
     /// # Errors
     /// If the numbers are no gains; the law in force stays, and the spare set may be written again.
     pub fn switch(&mut self, arrives_at_once: T) -> Result<(), InvalidLaw> {
-        let [lx, m, arrival] = self.shape().split(self.sets[self.spare]);
+        let shape = self.shape();
+        let numbers = &*self.spare();
+        let checksum = Round::whole(&|place| whole(place, numbers));
+        let [lx, m, arrival] = shape.split(numbers);
         Tables::check(lx, m, arrival).map_err(InvalidLaw::Gains)?;
         // NaN is outside.
         if !(T::zero()..=T::one()).contains(&arrives_at_once) {
             return Err(InvalidLaw::NotAProbability);
         }
-        self.spare = 1 - self.spare;
-        self.in_force = Some(arrives_at_once);
+        let spare = if self.choice.either().spare == 0 { 1 } else { 0 };
+        self.choice.set(Choice { spare, in_force: Some(arrives_at_once) });
+        (self.checksum, self.round) = (checksum, Round::START);
         Ok(())
     }
 
     /// Puts no law of the bank in force: that of the design is again.
     pub fn withdraw(&mut self) {
-        self.in_force = None;
+        if let Some(choice) = self.choice.get() {
+            self.choice.set(Choice { in_force: None, ..*choice });
+        }
+    }
+
+    /// Takes up to `numbers` more of the tables in force through a checksum. `false` if they, or which of them are in force, have
+    /// changed by themselves: whoever runs under their law must be told, [`crate::controller::Controller::report_memory_fault`].
+    ///
+    /// It is for idle time, as [`crate::controller::Controller::check_memory`], which knows nothing of a bank.
+    pub fn check_memory(&mut self, numbers: usize) -> bool {
+        let Self { sets: [first, second], choice, checksum, round, .. } = self;
+        let Some(Choice { spare, in_force }) = choice.get() else { return false };
+        let tables = if *spare == 0 { &**second } else { &**first };
+        in_force.is_none()
+            || round.go_on(numbers, &|place| whole(place, tables)).is_none_or(|found| found == *checksum)
     }
 
     /// The law in force, for [`crate::controller::Controller::cycle_under`]; `None` while that of the design is.
     pub fn law(&self) -> Option<Law<'_, T, NX, NU>> {
-        let arrives_at_once = self.in_force?;
+        let (numbers, arrives_at_once) = self.numbers_in_force()?;
         // Checked before they were put in force, and not written to since.
-        let [lx, m, arrival] = self.shape().split(self.sets[1 - self.spare]);
+        let [lx, m, arrival] = self.shape().split(numbers);
         let (lx, m, arrival) = (Finite::checked(lx), Finite::checked(m), Probabilities::checked(arrival));
         let gains = Gains::check(self.length, self.default_input, Tables { lx, m, arrival }).ok()?;
         Some(Law { gains, arrives_at_once })
     }
+}
+
+/// A set as one table.
+fn whole<T>(place: usize, numbers: &[T]) -> Part<'_, T> {
+    if place == 0 { Part::Numbers(numbers) } else { Part::End }
 }
 
 #[cfg(test)]
@@ -185,5 +231,31 @@ mod tests {
         // With hold, M has a column more.
         assert!(Bank::<f32, 1, 1>::new(2, DefaultInput::Hold, &mut memory[..13]).is_none());
         assert!(Bank::<f32, 1, 1>::new(2, DefaultInput::Hold, &mut memory).is_some());
+    }
+
+    #[test]
+    fn a_bit_that_flips_in_the_law_in_force_is_found_within_one_round_and_one_in_the_spare_set_is_none() {
+        for (place, bit) in (0..10).flat_map(|place| (0..32).map(move |bit| (place, bit))) {
+            let mut memory = [0.0; 10];
+            let mut bank = bank(&mut memory);
+            bank.spare().copy_from_slice(&[-1.0, -2.0, 0.25, 0.0, 0.5]);
+            bank.switch(0.75).unwrap();
+            let number = &mut bank.sets[place / 5][place % 5];
+            *number = f32::from_bits(number.to_bits() ^ 1 << bit);
+            // Five numbers, two at a time.
+            let is_sound = (0..3).all(|_| bank.check_memory(2));
+            assert_eq!(is_sound, place >= 5, "number {place}, bit {bit}");
+        }
+    }
+
+    #[test]
+    fn a_choice_that_changes_by_itself_puts_no_law_in_force_and_is_told() {
+        for of_copy in [false, true] {
+            let mut memory = [0.0; 10];
+            let mut bank = bank(&mut memory);
+            bank.choice.damage(of_copy, |choice| choice.in_force = Some(0.5));
+            assert_eq!(bank.law(), None, "gains of zero");
+            assert!(!bank.check_memory(1));
+        }
     }
 }

@@ -34,8 +34,17 @@ impl<T: Scalar> NonNegative<T> {
     }
 }
 
+impl<T> NonNegative<T> {
+    /// Where the number is.
+    pub(crate) const fn number_ref(&self) -> &T {
+        &self.0
+    }
+}
+
 impl<'a, T: Scalar> Finite<'a, T> {
     /// The numbers, if they are finite.
+    // Once in flash, whatever the table.
+    #[inline(never)]
     pub fn check(numbers: &'a [T]) -> Option<Self> {
         is_finite(numbers.iter()).then_some(Self(numbers))
     }

@@ -37,9 +37,24 @@ pub(crate) fn checksum(content: &[u8]) -> u32 {
     !bytes.iter().fold(of_words, |remainder, byte| shifted(remainder ^ u32::from(*byte)))
 }
 
+/// Remainder before the first word. What remains after the last one, inverted, is the checksum.
+pub(crate) const FIRST: u32 = !0;
+
+/// The remainder after another word, its bytes in little-endian order: of constants, and of numbers that are taken one by one.
+// Once in flash likewise.
+#[inline(never)]
+pub(crate) const fn after_word(remainder: u32, word: u32) -> u32 {
+    let (mut remainder, mut byte) = (remainder ^ word, 0);
+    while byte < size_of::<u32>() {
+        remainder = TABLE[(remainder & 0xff) as usize] ^ (remainder >> 8);
+        byte += 1;
+    }
+    remainder
+}
+
 #[cfg(test)]
 mod tests {
-    use super::checksum;
+    use super::{FIRST, after_word, checksum};
     use crc::{CRC_32_ISCSI, Crc};
 
     #[test]
@@ -53,5 +68,12 @@ mod tests {
         for length in 0..=bytes.len() {
             assert_eq!(checksum(&bytes[..length]), reference.checksum(&bytes[..length]), "{length} bytes");
         }
+    }
+
+    #[test]
+    fn word_by_word_it_is_the_same() {
+        let words = [0x0302_0100, 0xffff_ffff, 0, 0x8000_0001_u32];
+        let bytes = words.map(u32::to_le_bytes);
+        assert_eq!(!words.into_iter().fold(FIRST, after_word), checksum(bytes.as_flattened()));
     }
 }

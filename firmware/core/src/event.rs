@@ -199,6 +199,16 @@ impl<T: Scalar, const NX: usize, const NU: usize> Trigger<'_, T, NX, NU> {
         self.length
     }
 
+    /// What it is made of.
+    pub(crate) const fn tables(&self) -> &Tables<'_, T> {
+        &self.tables
+    }
+
+    /// The cost of one packet, in units of the stage cost.
+    pub(crate) const fn send_cost(&self) -> &T {
+        self.send_cost.number_ref()
+    }
+
     /// What the actuator does when its buffer has run out; the tables are for this choice only.
     pub const fn default_input(&self) -> DefaultInput {
         self.default_input

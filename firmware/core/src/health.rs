@@ -32,6 +32,8 @@ pub enum Cause {
     NotFinite,
     /// The buffer has run out: the default input is applied.
     RunOut,
+    /// Memory has changed by itself, [`crate::integrity`]: what this end would do may follow from wrong numbers.
+    Memory,
 }
 
 impl Health {
@@ -73,6 +75,7 @@ impl core::fmt::Display for Cause {
             Self::BegunAnew => f.write_str("the estimate began anew"),
             Self::NotFinite => f.write_str("no finite sequence could be computed"),
             Self::RunOut => f.write_str("the buffer has run out"),
+            Self::Memory => f.write_str("memory has changed by itself"),
         }
     }
 }

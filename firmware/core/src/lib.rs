@@ -23,6 +23,7 @@
 //! | [`event`] | whether a sequence is worth sending |
 //! | [`identity`] | which plant gains and frames belong to |
 //! | [`checked`] | numbers that were found finite, or probabilities |
+//! | [`integrity`] | memory that changes by itself: copies and checksums |
 //! | [`health`] | how an end of the loop is |
 //! | [`played`] | ages, the default input, how likely each is, and what was applied |
 //! | [`sequence`], [`tick`], [`scalar`], [`number`] | a control sequence, the only clock there is, `f32` and `f64`, what gains may be computed in |
@@ -52,6 +53,7 @@ pub mod gains;
 pub mod health;
 pub mod identity;
 pub mod in_flight;
+pub mod integrity;
 pub mod number;
 pub mod played;
 pub mod scalar;

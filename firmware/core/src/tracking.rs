@@ -205,6 +205,11 @@ impl<T: Scalar, const NU: usize> Preview<'_, T, NU> {
         self.outputs
     }
 
+    /// What it is made of.
+    pub(crate) const fn tables(&self) -> &Tables<'_, T> {
+        &self.tables
+    }
+
     /// Whether it tells what an event trigger must know.
     pub const fn serves_trigger(&self) -> bool {
         !self.tables.displaced.is_empty() || self.default_input.in_flight(self.length) == 0

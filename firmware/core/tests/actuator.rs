@@ -95,7 +95,7 @@ fn sequences_of_no_use_are_rejected_by_name() {
 
 #[test]
 fn a_sequence_longer_than_the_memory_lent_is_refused_and_one_as_long_is_not() {
-    for (inputs, most) in [(0, 0), (1, 0), (2, 1), (7, 3), (8, 4), (1000, 255)] {
+    for (inputs, most) in [(0, 0), (2, 0), (3, 1), (11, 3), (12, 4), (1000, 255)] {
         let settings = Settings { default_input: DefaultInput::Zero, limits: None, safe: None };
         let mut device = Device::new(settings, Tick(0), lent::inputs(inputs));
         let (longest, longer) = (vec![1.0; most], vec![2.0; most + 1]);

@@ -2,7 +2,9 @@
 
 use crate::board::{self, Board, Notice};
 use crate::clock::{Begin, Count};
-use crate::design::{self, ACKNOWLEDGED_CYCLES, ACTUATOR, INPUTS, SEQUENCE_LENGTH, Scalar};
+use crate::design::{
+    self, ACKNOWLEDGED_CYCLES, ACTUATOR, ACTUATOR_CHECKSUM, INPUTS, SEQUENCE_LENGTH, Scalar,
+};
 use crate::health::Health;
 use slqg::{
     Age, Scalar as _, Tick,
@@ -21,6 +23,8 @@ pub const LONGEST_OUT: usize = {
     let applied = wire::applied_len(INPUTS, Scalar::BYTES);
     if applied > wire::LONGEST_SERVICE { applied } else { wire::LONGEST_SERVICE }
 };
+/// Numbers of the settings that are checked in each cycle, once the plant has its input.
+pub const CHECKED_NUMBERS: usize = 4;
 /// Periods of the cycle timer without a cycle, after which the plant gets the safe input.
 pub const PATIENCE: u32 = {
     // Two seconds, and no less than a hundred cycles.
@@ -127,11 +131,17 @@ impl Node<'_> {
         self.health.aligned(!self.is_aligned, tick, board);
         self.actuator.restart(tick);
         self.is_aligned = true;
+        // Nothing is begun with settings that are wrong.
+        self.actuator.check_memory(ACTUATOR_CHECKSUM, usize::MAX);
     }
 
     fn cycle(&mut self, board: &mut impl Board) {
         if !self.is_aligned {
             return;
+        }
+        // Both count the same cycles, or one of them counts wrong.
+        if self.count.next() != Some(self.actuator.tick() + 1) {
+            self.actuator.report_memory_fault();
         }
         let applied = self.actuator.step();
         self.health.ran();
@@ -145,6 +155,7 @@ impl Node<'_> {
             board.send(frame);
         }
         self.report(&applied, board);
+        self.actuator.check_memory(ACTUATOR_CHECKSUM, CHECKED_NUMBERS);
     }
 
     fn report(&mut self, applied: &Applied<Scalar, INPUTS>, board: &mut impl Board) {

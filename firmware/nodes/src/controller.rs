@@ -3,7 +3,7 @@
 use crate::board::{self, Board, Notice};
 use crate::clock::{Begin, Count};
 use crate::design::{self, DESIGN, INPUTS, OUTPUTS, SEQUENCE_LENGTH, Scalar};
-use crate::dimensions::{JOINING, TRACKED_OUTPUTS};
+use crate::dimensions::{CHECKSUMS, JOINING, TRACKED_OUTPUTS};
 use crate::health::Health;
 use crate::laws::{LARGEST_PART, Laws};
 use crate::reference::{PER_FRAME, Window};
@@ -24,6 +24,9 @@ pub const LONGEST_IN: usize = longest(&[
 /// Bytes of the longest frame that it sends.
 pub const LONGEST_OUT: usize =
     longest(&[wire::control_len(INPUTS, SEQUENCE_LENGTH, Scalar::BYTES), wire::LONGEST_SERVICE]);
+
+/// Numbers of the tables that are checked in each cycle, once its frame is on its way.
+pub const CHECKED_NUMBERS: usize = 16;
 
 const fn longest(lengths: &[usize]) -> usize {
     let (mut longest, mut rest) = (0, lengths);
@@ -134,6 +137,8 @@ impl<'m, L: Laws> Node<'m, L> {
         let design = if is_start { DESIGN } else { Design { model: &JOINING, ..DESIGN } };
         let Some(controller) = &mut self.controller else { return };
         self.is_aligned = controller.restart(design, tick).is_ok();
+        // Nothing is begun with tables that are wrong.
+        while !controller.check_memory(&CHECKSUMS, usize::MAX) {}
     }
 
     /// The controller, once the clock has told which cycle it is.
@@ -145,6 +150,10 @@ impl<'m, L: Laws> Node<'m, L> {
         let Some(controller) = self.controller.as_mut().filter(|_| self.is_aligned) else { return };
         let begin = board.ticks();
         let tick = controller.tick();
+        // Both count the same cycles, or one of them counts wrong.
+        if self.count.next() != Some(tick + 1) {
+            controller.report_memory_fault();
+        }
         if DESIGN.preview.is_some() {
             // Without samples the last feedforward stays in force.
             let _ = controller.follow(self.reference.from(tick + 1));
@@ -173,6 +182,10 @@ impl<'m, L: Laws> Node<'m, L> {
         if let Ok(frame) = wire::encode_service::<Scalar, _>(tick, &Ran { sent, duration }, &mut self.frame) {
             board.send(frame);
         }
+        if !self.laws.check_memory(CHECKED_NUMBERS) {
+            controller.report_memory_fault();
+        }
+        controller.check_memory(&CHECKSUMS, CHECKED_NUMBERS);
     }
 
     #[inline(never)]

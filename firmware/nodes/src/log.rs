@@ -65,8 +65,8 @@ pub(crate) fn note(notice: Notice) {
         Notice::Realigned(tick) => defmt::warn!("begins anew with cycle {=u32}", tick.0),
         Notice::ClockRefused(tick) => defmt::warn!("the clock jumps to cycle {=u32}: not taken", tick.0),
         Notice::Health(Health::Nominal) => defmt::info!("nominal"),
-        Notice::Health(Health::Degraded(cause)) => defmt::warn!("degraded: {=str}", told(cause)),
-        Notice::Health(Health::Lost(cause)) => defmt::warn!("lost: {=str}", told(cause)),
+        Notice::Health(Health::Degraded(cause)) => defmt::warn!("degraded: {=istr}", told(cause)),
+        Notice::Health(Health::Lost(cause)) => defmt::warn!("lost: {=istr}", told(cause)),
         Notice::Safe => defmt::warn!("no cycle for too long: safe input"),
         Notice::Gains(verdict) => defmt::info!("gains: verdict {=u8}", verdict as u8),
         Notice::Tuned(TuningStep::Started) => defmt::info!("the link has changed: solving"),
@@ -78,14 +78,16 @@ pub(crate) fn note(notice: Notice) {
     }
 }
 
-/// As text of this crate: with formats of the core's own, programs of other boards would need defmt's linker script.
-const fn told(cause: Cause) -> &'static str {
+/// As text of this crate: with formats of the core's own, programs of other boards would need defmt's linker script. The host has
+/// it, not the board's flash.
+fn told(cause: Cause) -> defmt::Str {
     match cause {
-        Cause::NotMeasured => "no measurement that could be believed for too long",
-        Cause::Implausible(_) => "an output does not fit the estimate",
-        Cause::Stuck(_) => "an output reads the same for too long",
-        Cause::BegunAnew => "the estimate began anew",
-        Cause::NotFinite => "no finite sequence could be computed",
-        Cause::RunOut => "the buffer has run out",
+        Cause::NotMeasured => defmt::intern!("no measurement that could be believed for too long"),
+        Cause::Implausible(_) => defmt::intern!("an output does not fit the estimate"),
+        Cause::Stuck(_) => defmt::intern!("an output reads the same for too long"),
+        Cause::BegunAnew => defmt::intern!("the estimate began anew"),
+        Cause::NotFinite => defmt::intern!("no finite sequence could be computed"),
+        Cause::RunOut => defmt::intern!("the buffer has run out"),
+        Cause::Memory => defmt::intern!("memory has changed by itself"),
     }
 }

@@ -193,6 +193,15 @@ pub static DESIGN: slqg::controller::Design<'static, Scalar, STATES, INPUTS, OUT
         grid: None,
     };
 
+/// Checksums of [`DESIGN`] as it was compiled: hand them to `Controller::check_memory`.
+#[rustfmt::skip]
+#[allow(long_running_const_eval)]
+pub const CHECKSUMS: slqg::controller::Checksums = DESIGN.checksums();
+
+/// Likewise of [`ACTUATOR`], for `Actuator::check_memory`.
+#[rustfmt::skip]
+pub const ACTUATOR_CHECKSUM: u32 = ACTUATOR.checksum();
+
 /// A controller of this design; it is lent a [`Memory`].
 #[rustfmt::skip]
 pub type Controller<'memory> = slqg::controller::Controller<'memory, Scalar, STATES, INPUTS, OUTPUTS>;

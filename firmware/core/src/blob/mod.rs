@@ -136,6 +136,12 @@ fn open(bytes: &[u8]) -> Result<(Header, &[u8]), BlobError> {
     Ok((Header { design: DesignId(u32::from_le_bytes(design)), scalar_bytes, shape }, tables))
 }
 
+/// Checksum of the tables alone, of a blob that was loaded.
+pub(crate) fn tables_checksum(bytes: &[u8]) -> u32 {
+    let end = bytes.len().saturating_sub(CHECKSUM_LEN);
+    checksum(bytes.get(HEADER_LEN..end).unwrap_or_default())
+}
+
 /// Loads gains for `NX` states and `NU` inputs into `storage`, [`storage_len`] scalars or more.
 ///
 /// `expected`: the design that they must belong to, or `None` to take those of any. How long sequences are is not

@@ -11,12 +11,14 @@
 //! | `law` | what it may be told later: another law |
 //! | `reference` | what it is to follow |
 //! | `receive` | frames in |
+//! | `integrity` | whether what it was told is still as it was |
 //! | `watch` | readings that no sensor has, or that do not change; how this end is |
 //! | `proposal` | a cycle in two steps: the sequence, and whether it is sent |
 //! | `cycle` | the cycle, and its frame out |
 
 mod cycle;
 mod design;
+mod integrity;
 mod law;
 mod memory;
 mod proposal;
@@ -32,10 +34,12 @@ use crate::{
     in_flight::InFlight,
     played::Age,
 };
+use integrity::Check;
 use nalgebra::SVector;
 use watch::Watch;
 
 pub use design::{Design, InvalidDesign};
+pub use integrity::Checksums;
 pub use law::{CycleError, Law};
 pub use memory::{Memory, Sizes};
 pub use proposal::{Proposal, RejectedInputs};
@@ -149,6 +153,7 @@ pub struct Controller<'m, T: Scalar, const NX: usize, const NU: usize, const NY:
     counts: Counts,
     watch: Watch<T, NY>,
     last: Last,
+    check: Check,
 }
 
 impl<'m, T: Scalar, const NX: usize, const NU: usize, const NY: usize> Controller<'m, T, NX, NU, NY> {
@@ -194,13 +199,16 @@ impl<'m, T: Scalar, const NX: usize, const NU: usize, const NY: usize> Controlle
             counts: Counts::default(),
             watch: Watch::NEW,
             last: Last::default(),
+            check: Check::NEW,
             design,
         };
         controller.forget_reference();
+        controller.start_check();
         Ok(controller)
     }
 
-    /// Begins anew with cycle `tick` and this design, as a controller that has just been made in the same memory.
+    /// Begins anew with cycle `tick` and this design, as a controller that has just been made in the same memory; but memory that
+    /// has changed by itself is not trusted again.
     ///
     /// # Errors
     /// As [`Controller::new`]; then nothing has changed.
@@ -215,6 +223,7 @@ impl<'m, T: Scalar, const NX: usize, const NU: usize, const NY: usize> Controlle
         (self.is_proposed, self.rounds_age, self.counts) = (false, false, Counts::default());
         (self.watch, self.last) = (Watch::NEW, Last::default());
         self.design = design;
+        self.start_check();
         Ok(())
     }
 
@@ -226,6 +235,7 @@ impl<'m, T: Scalar, const NX: usize, const NU: usize, const NY: usize> Controlle
     pub fn set_gains(&mut self, gains: Gains<'m, T, NX, NU>) -> Result<(), InvalidDesign> {
         self.design.check_law(gains.length(), gains.default_input())?;
         self.design.gains = gains;
+        self.check.is_law_replaced = true;
         Ok(())
     }
 
@@ -238,6 +248,7 @@ impl<'m, T: Scalar, const NX: usize, const NU: usize, const NY: usize> Controlle
         let design = Design { trigger, ..self.design };
         design.check_trigger()?;
         self.design = design;
+        self.check.is_law_replaced = true;
         Ok(())
     }
 

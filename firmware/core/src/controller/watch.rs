@@ -68,38 +68,41 @@ impl<T: Scalar, const NY: usize> Watch<T, NY> {
 }
 
 impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize> Controller<'_, T, NX, NU, NY> {
-    /// Whether nothing was believed for so long that the loop is open.
+    /// Whether nothing was believed for so long that the loop is open, or memory has changed by itself.
     pub(super) fn is_lost(&self) -> bool {
-        is_due(self.design.plausibility.lost_after, self.filter.standing().silent())
+        self.check.is_damaged || is_due(self.design.plausibility.lost_after, self.filter.standing().silent())
     }
 
     /// How this end of the loop is, after the cycle that ran last.
     ///
     /// While it is lost, [`Controller::cycle`] sends nothing: what it would send does not follow from the plant. The first
-    /// measurement that is believed ends that.
+    /// measurement that is believed ends that. Where memory has changed by itself, only [`Controller::new`] does.
     pub fn health(&self) -> Health {
         let plausibility = self.design.plausibility;
+        if self.check.is_damaged {
+            return Health::Lost(Cause::Memory);
+        }
         if self.is_lost() {
             return Health::Lost(Cause::NotMeasured);
         }
         let standing = self.filter.standing();
-        let outputs = || (0..NY).zip(0..=u8::MAX);
         let implausible = || {
-            outputs().find(|(output, _)| {
+            (0..NY).find(|output| {
                 standing.rejected(*output) > 0 || self.watch.is_out_of_range(plausibility, *output)
             })
         };
-        let stuck = || outputs().find(|(output, _)| self.watch.is_stuck(plausibility, *output));
+        let stuck = || (0..NY).find(|output| self.watch.is_stuck(plausibility, *output));
         let cause = if self.last.not_finite {
             Some(Cause::NotFinite)
         } else if self.last.begun_anew {
             Some(Cause::BegunAnew)
         } else if is_due(plausibility.stale_after, standing.silent()) {
             Some(Cause::NotMeasured)
-        } else if let Some((_, number)) = implausible() {
-            Some(Cause::Implausible(number))
+        } else if let Some(output) = implausible() {
+            // No controller has more than 32 outputs.
+            Some(Cause::Implausible(output as u8))
         } else {
-            stuck().map(|(_, number)| Cause::Stuck(number))
+            stuck().map(|output| Cause::Stuck(output as u8))
         };
         cause.map_or(Health::Nominal, Health::Degraded)
     }

@@ -50,6 +50,11 @@ impl<T: Scalar, const NX: usize> Factored<T, NX> {
         Self { rows }
     }
 
+    /// All numbers in it.
+    pub(super) fn numbers(&self) -> &[T] {
+        self.rows.as_flattened()
+    }
+
     /// Of a symmetric positive semidefinite matrix, singular or not. What is negative by rounding, or by mistake, is taken
     /// for zero.
     pub(super) fn of(matrix: &SMatrix<T, NX, NX>) -> Self {

@@ -6,6 +6,7 @@
 use super::{Estimate, plausibility::Standing};
 use crate::{
     Scalar,
+    integrity::place_of,
     played::{Age, Ages, Modes},
 };
 use nalgebra::SVector;
@@ -153,6 +154,12 @@ impl<'m, T: Scalar, const NX: usize, const NU: usize, const NY: usize> Remembere
             && estimates.len() >= estimates_len(cycles.len(), kept);
         let estimates = estimates.get_mut(..estimates_len(cycles.len(), kept))?;
         is_enough.then(|| Self { cycles, ages, likely: length + 1, estimates, kept })
+    }
+
+    /// What a checksum is taken of: where this memory is, and how it is divided.
+    pub(super) fn word(&self) -> u32 {
+        let Self { cycles, ages, likely, estimates, kept } = self;
+        place_of(cycles) ^ place_of(ages) ^ place_of(estimates) ^ *likely as u32 ^ *kept as u32
     }
 
     /// What is believed in the cycle at `place`; `None` before it is filtered for the first time.

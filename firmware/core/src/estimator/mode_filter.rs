@@ -11,6 +11,7 @@ use super::step::Step;
 use super::{Cycle, Estimate, MOST_STATES, Model, Remembered, Standing, Surroundings};
 use crate::{
     Scalar, Tick,
+    integrity::Part,
     played::{Age, Modes},
 };
 use nalgebra::{SMatrix, SVector};
@@ -166,6 +167,8 @@ impl<'m, T: Scalar, const NX: usize, const NU: usize, const NY: usize> ModeFilte
         self.begin(model, measurement_buffer, tick);
     }
 
+    // Once in flash, for the first start and those after it.
+    #[inline(never)]
     fn begin(&mut self, model: &Model<T, NX, NU, NY>, measurement_buffer: usize, tick: Tick) {
         self.tick = tick;
         self.measurement_buffer = measurement_buffer.min(self.remembered.cycles.len() - 2);
@@ -177,6 +180,22 @@ impl<'m, T: Scalar, const NX: usize, const NU: usize, const NY: usize> ModeFilte
             *estimate = Estimate::initial(model);
         }
         self.remembered.cycles[0] = Cycle::EMPTY;
+    }
+
+    /// What a checksum is taken of: what was computed of the model. It does not change before [`ModeFilter::restart`].
+    pub(crate) fn part(&self, place: usize) -> Part<'_, T> {
+        self.prepared.part(place)
+    }
+
+    /// With one of the numbers changed that were computed of the model, see [`Prepared::damage`].
+    #[cfg(test)]
+    pub(crate) fn damage(&mut self, place: usize, change: impl FnOnce(&mut T)) -> bool {
+        self.prepared.damage(place, change)
+    }
+
+    /// Likewise where its memory is, and how it is divided.
+    pub(crate) fn word(&self) -> u32 {
+        self.remembered.word() ^ self.measurement_buffer as u32
     }
 
     /// The current cycle.

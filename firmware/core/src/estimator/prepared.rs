@@ -1,7 +1,7 @@
 //! What an estimator computes of its model once: factors of the noises, and what it begins anew with.
 
 use super::{Estimate, Model, factored::Factored};
-use crate::Scalar;
+use crate::{Scalar, integrity::Part};
 use nalgebra::{SMatrix, SVector};
 
 /// Outputs may be this many standard deviations of the measurement noise away from zero when an estimate begins anew.
@@ -96,6 +96,31 @@ impl<T: Scalar, const NX: usize, const NY: usize> Prepared<T, NX, NY> {
     pub(super) fn bears(&self, variances: impl Iterator<Item = T>) -> bool {
         // No number is not of use.
         self.limits.iter().zip(variances).all(|(limit, variance)| variance <= *limit)
+    }
+}
+
+impl<T: Scalar, const NX: usize, const NY: usize> Prepared<T, NX, NY> {
+    /// What a checksum is taken of.
+    pub(super) fn part(&self, place: usize) -> Part<'_, T> {
+        match place {
+            0 => Part::Numbers(self.process_noise.numbers()),
+            1 => Part::Numbers(self.outputs.as_flattened()),
+            2 => Part::Numbers(self.mixing.as_flattened()),
+            3 => Part::Numbers(&self.noises),
+            4 => Part::Numbers(&self.limits),
+            5 => Part::Numbers(self.joining.mean.as_slice()),
+            6 => Part::Numbers(self.joining.covariance.numbers()),
+            _ => Part::End,
+        }
+    }
+
+    /// With the number at this place, of all but those that estimates begin anew with, changed; `false` if there is none. For
+    /// tests of what comes of it.
+    #[cfg(test)]
+    pub(super) fn damage(&mut self, place: usize, change: impl FnOnce(&mut T)) -> bool {
+        let tables = self.outputs.as_flattened_mut().iter_mut().chain(self.mixing.as_flattened_mut());
+        let found = tables.chain(&mut self.noises).chain(&mut self.limits).nth(place);
+        found.map(change).is_some()
     }
 }
 

@@ -88,6 +88,11 @@ impl<'a, T: Scalar, const NX: usize, const NU: usize> Gains<'a, T, NX, NU> {
         self.tables.arrival.numbers()
     }
 
+    /// What it is made of.
+    pub(crate) const fn tables(&self) -> &Tables<'a, T> {
+        &self.tables
+    }
+
     /// Writes the control sequence `U = Lx xhat + M vbar` to `sequence`, one entry per cycle from the current one on.
     ///
     /// `posterior_mean`: estimate of the state given all that has arrived. `expected`: `vbar`, `n_v` inputs.

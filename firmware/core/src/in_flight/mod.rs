@@ -18,6 +18,7 @@ mod under_way;
 
 use crate::{
     Scalar, Tick,
+    integrity::place_of,
     played::{Age, DefaultInput},
     sequence::ControlSequence,
 };
@@ -88,6 +89,11 @@ impl<'m, T: Scalar, const NU: usize> InFlight<'m, T, NU> {
     pub(crate) fn restart(&mut self, tick: Tick) {
         self.sent.fill(false);
         self.tick = tick - 1;
+    }
+
+    /// What a checksum is taken of: where its memory is, and how it is divided.
+    pub(crate) fn word(&self) -> u32 {
+        place_of(self.sent) ^ place_of(self.inputs) ^ self.length as u32
     }
 
     /// Inputs per sequence.

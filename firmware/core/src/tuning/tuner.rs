@@ -261,6 +261,11 @@ impl<'m, T: Scalar, const NX: usize, const NU: usize> Tuner<'m, T, NX, NU> {
         self.bank.law()
     }
 
+    /// Whether the law in force is as it was put in force, up to `numbers` more of it: as [`Bank::check_memory`].
+    pub fn check_memory(&mut self, numbers: usize) -> bool {
+        self.bank.check_memory(numbers)
+    }
+
     /// What is known of the link.
     pub fn delays(&self) -> &DelayEstimate<'m, T> {
         &self.delays

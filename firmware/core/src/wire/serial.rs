@@ -17,6 +17,8 @@ pub const fn stuffed_len(len: usize) -> usize {
 ///
 /// # Errors
 /// If `buffer` is too small.
+// Once in flash, whoever sends.
+#[inline(never)]
 pub fn stuff<'b>(frame: &[u8], buffer: &'b mut [u8]) -> Result<&'b [u8], EncodeError> {
     let len = cobs::try_encode(frame, buffer).map_err(|_| EncodeError::BufferTooSmall)?;
     *buffer.get_mut(len).ok_or(EncodeError::BufferTooSmall)? = 0;

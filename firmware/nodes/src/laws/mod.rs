@@ -22,6 +22,8 @@ pub trait Laws {
     fn take(&mut self, part: &GainsPart<'_>) -> GainsAnswer;
     /// Takes what acknowledgements have told, before each cycle.
     fn observe(&mut self, _controller: &design::Controller<'_>) {}
+    /// Looks whether the law in force is as it was put in force, up to `numbers` more of it: `false` if not.
+    fn check_memory(&mut self, numbers: usize) -> bool;
     /// Does what there is time for once the frame is sent; tells of what has come of it.
     fn work(&mut self) -> Option<wire::Tuned> {
         None

@@ -47,6 +47,10 @@ impl Laws for Sent<'_> {
         self.bank.as_ref()?.law()
     }
 
+    fn check_memory(&mut self, numbers: usize) -> bool {
+        self.bank.as_mut().is_none_or(|bank| bank.check_memory(numbers))
+    }
+
     /// The gains of a blob that is whole and fits are in force from the next cycle on.
     fn take(&mut self, part: &GainsPart<'_>) -> GainsAnswer {
         match (&mut self.bank, self.reception.take(part)) {

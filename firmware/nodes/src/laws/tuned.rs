@@ -43,6 +43,10 @@ impl Laws for Tuned<'_> {
         self.tuner.law()
     }
 
+    fn check_memory(&mut self, numbers: usize) -> bool {
+        self.tuner.check_memory(numbers)
+    }
+
     /// It solves for its gains itself, and takes none.
     fn take(&mut self, _part: &GainsPart<'_>) -> GainsAnswer {
         GainsAnswer { received: 0, verdict: Verdict::Dimensions }
