@@ -9,8 +9,6 @@
 //! | `rejected` | why a sequence or frame changed nothing |
 //! | `standing` | what it stands on from cycle to cycle, kept twice; how it is |
 
-#[cfg(test)]
-mod faults;
 mod rejected;
 mod settings;
 mod standing;
@@ -236,3 +234,6 @@ impl<'m, T: Scalar, const NU: usize> Actuator<'m, T, NU> {
         Some(Acknowledgement { tick: self.tick() - 1, ages })
     }
 }
+
+#[cfg(test)]
+mod faults;

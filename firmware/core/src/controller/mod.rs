@@ -185,7 +185,8 @@ impl<'m, T: Scalar, const NX: usize, const NU: usize, const NY: usize> Controlle
         let (feedforward, rest) = rest.split_at_mut(length);
         let (displaced, rest) = rest.split_at_mut(length);
         let sent = sent.get_mut(..needed.sent).unwrap_or_default();
-        let mut controller = Self {
+        feedforward.fill(SVector::zeros());
+        Ok(Self {
             filter: ModeFilter::new(design.model, design.measurement_buffer, tick, remembered),
             in_flight: InFlight::new(length, tick, sent, inputs),
             expected,
@@ -201,10 +202,7 @@ impl<'m, T: Scalar, const NX: usize, const NU: usize, const NY: usize> Controlle
             last: Last::default(),
             check: Check::NEW,
             design,
-        };
-        controller.forget_reference();
-        controller.start_check();
-        Ok(controller)
+        })
     }
 
     /// Begins anew with cycle `tick` and this design, as a controller that has just been made in the same memory; but memory that
@@ -223,7 +221,7 @@ impl<'m, T: Scalar, const NX: usize, const NU: usize, const NY: usize> Controlle
         (self.is_proposed, self.rounds_age, self.counts) = (false, false, Counts::default());
         (self.watch, self.last) = (Watch::NEW, Last::default());
         self.design = design;
-        self.start_check();
+        self.check.restart();
         Ok(())
     }
 

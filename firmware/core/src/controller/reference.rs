@@ -63,8 +63,6 @@ impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize> Controller<'_
     }
 
     /// The reference is zero.
-    // Once in flash, at every start.
-    #[inline(never)]
     pub(super) fn forget_reference(&mut self) {
         self.feedforward.fill(SVector::zeros());
         (self.is_fed_forward, self.displaced_len) = (false, 0);

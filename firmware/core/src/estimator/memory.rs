@@ -3,7 +3,7 @@
 //! Cycles stand in a ring. Of each there are its numbers, [`Cycle`]; the probabilities of the ages in the cycle before it,
 //! `N + 1`; and the estimates, one or one for each age.
 
-use super::{Estimate, plausibility::Standing};
+use super::{Estimate, Model, plausibility::Standing};
 use crate::{
     Scalar,
     integrity::place_of,
@@ -154,6 +154,16 @@ impl<'m, T: Scalar, const NX: usize, const NU: usize, const NY: usize> Remembere
             && estimates.len() >= estimates_len(cycles.len(), kept);
         let estimates = estimates.get_mut(..estimates_len(cycles.len(), kept))?;
         is_enough.then(|| Self { cycles, ages, likely: length + 1, estimates, kept })
+    }
+
+    /// Forgets all cycles; the estimate of the first is what is known before it.
+    // Once in flash, for the first start and those after it.
+    #[inline(never)]
+    pub(super) fn begin(&mut self, model: &Model<T, NX, NU, NY>) {
+        self.cycles.fill(Cycle::EMPTY);
+        if let Some(estimate) = self.estimates.first_mut() {
+            *estimate = Estimate::initial(model);
+        }
     }
 
     /// What a checksum is taken of: where this memory is, and how it is divided.

@@ -4,7 +4,6 @@
 //! (thesis 3.6.2, THEORY 8). The estimate is the one that would have come out had all that is known been known at
 //! once: the order of arrival within the memory does not matter, to the bit. What happens in one cycle is in `step`.
 
-use super::memory::Room;
 use super::plausibility::MOST_OUTPUTS;
 use super::prepared::Prepared;
 use super::step::Step;
@@ -139,47 +138,36 @@ impl<'m, T: Scalar, const NX: usize, const NU: usize, const NY: usize> ModeFilte
         model: &Model<T, NX, NU, NY>,
         measurement_buffer: usize,
         tick: Tick,
-        remembered: Remembered<'m, T, NX, NU, NY>,
+        mut remembered: Remembered<'m, T, NX, NU, NY>,
     ) -> Self {
         const { assert!(NX <= MOST_STATES, "a controller runs with at most 32 states") };
         const { assert!(NY <= MOST_OUTPUTS, "a controller runs with at most 32 outputs") };
-        let mut filter = Self {
+        remembered.begin(model);
+        Self {
             prepared: Prepared::new(model, measurement_buffer),
             tick,
-            measurement_buffer: 0,
+            measurement_buffer: measurement_buffer.min(remembered.cycles.len() - 2),
             remembered,
             oldest: 0,
-            count: 0,
+            count: 1,
             has_before: false,
-            changed: None,
-            posterior: None,
+            changed: Some(0),
+            // What is known before the first cycle is filtered stands where its estimate will.
+            posterior: Some(0),
             begins_anew: false,
             begun_anew: 0,
-        };
-        filter.begin(model, measurement_buffer, tick);
-        filter
+        }
     }
 
     /// Begins anew with cycle `tick`, as a filter that has just been made.
     pub(crate) fn restart(&mut self, model: &Model<T, NX, NU, NY>, measurement_buffer: usize, tick: Tick) {
         self.prepared = Prepared::new(model, measurement_buffer);
-        (self.begins_anew, self.begun_anew) = (false, 0);
-        self.begin(model, measurement_buffer, tick);
-    }
-
-    // Once in flash, for the first start and those after it.
-    #[inline(never)]
-    fn begin(&mut self, model: &Model<T, NX, NU, NY>, measurement_buffer: usize, tick: Tick) {
+        self.remembered.begin(model);
         self.tick = tick;
         self.measurement_buffer = measurement_buffer.min(self.remembered.cycles.len() - 2);
         (self.oldest, self.count, self.has_before, self.changed) = (0, 1, false, Some(0));
-        self.remembered.cycles.fill(Cycle::EMPTY);
-        // What is known before the first cycle is filtered stands where its estimate will.
         self.posterior = Some(0);
-        if let Some(estimate) = self.remembered.room(0).as_mut().and_then(Room::single) {
-            *estimate = Estimate::initial(model);
-        }
-        self.remembered.cycles[0] = Cycle::EMPTY;
+        (self.begins_anew, self.begun_anew) = (false, 0);
     }
 
     /// What a checksum is taken of: what was computed of the model. It does not change before [`ModeFilter::restart`].
