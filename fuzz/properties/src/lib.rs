@@ -13,6 +13,7 @@
 //! | [`actuator`] | an actuator and the frames that it takes |
 //! | [`controller`] | a controller and the frames that it takes |
 //! | [`sealed`] | both behind guards, and somebody on their line |
+//! | [`node`] | the programs of both boards, and what comes over their line |
 //! | [`blob`] | gains as bytes |
 //! | [`gains`] | gains that come over the link |
 //! | [`logs`] | logs of a link |
@@ -29,6 +30,7 @@ pub mod controller;
 pub mod design;
 pub mod gains;
 pub mod logs;
+pub mod node;
 mod plant;
 pub mod script;
 pub mod sealed;
@@ -42,7 +44,7 @@ pub mod wire;
 pub type Property = fn(&[u8]);
 
 /// Every property by its name, which the program for libFuzzer and the folder of its corpus have, too.
-pub const PROPERTIES: [(&str, Property); 12] = [
+pub const PROPERTIES: [(&str, Property); 13] = [
     ("actuator", actuator::check),
     ("blob", blob::check),
     ("can", can::check),
@@ -50,6 +52,7 @@ pub const PROPERTIES: [(&str, Property); 12] = [
     ("design", design::check),
     ("gains", gains::check),
     ("logs", logs::check),
+    ("node", node::check),
     ("sealed", sealed::check),
     ("serial", serial::check),
     ("service", service::check),

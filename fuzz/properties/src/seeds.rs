@@ -10,6 +10,7 @@ mod designs;
 mod frames;
 mod law;
 mod logs;
+mod node;
 
 use std::path::{Path, PathBuf};
 
@@ -26,6 +27,7 @@ pub fn all() -> Vec<(&'static str, Vec<Seed>)> {
         ("design", designs::texts()),
         ("gains", law::over_the_link()),
         ("logs", logs::seeds()),
+        ("node", node::seeds()),
         ("sealed", controller::sealed()),
         ("serial", frames::on_a_line()),
         ("service", frames::of_a_host()),
