@@ -18,6 +18,7 @@ mod demo;
 mod distribution;
 mod examples;
 mod firmware;
+mod flips;
 mod fuzz;
 mod nodes;
 mod packages;
@@ -63,6 +64,8 @@ enum Task {
     Pil,
     /// Look for bytes that break a property of those that read them, for so many minutes
     Fuzz(fuzz::Options),
+    /// Flip bits in the memory of controller and actuator while they close the loop in QEMU, and say what becomes of them
+    Flips(flips::Options),
     /// Build the images for the reference board and show how much memory they take
     Size,
     /// Measure: ratios within one run, rates, or instructions
@@ -119,6 +122,7 @@ fn perform(task: &Task) -> Result<()> {
         Task::Firmware { run, .. } => firmware::firmware(&workspace, *run),
         Task::Pil => pil::pil(&workspace),
         Task::Fuzz(options) => fuzz::fuzz(&workspace, options),
+        Task::Flips(options) => flips::flips(&workspace, options),
         Task::Size => size::size(&workspace),
         Task::Bench { what: Bench::Gains, .. } => {
             process::run(workspace.cargo().args(["bench", "--quiet", "-p", "gain-gen", "--bench", "gains"]))

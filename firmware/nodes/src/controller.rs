@@ -26,7 +26,7 @@ pub const LONGEST_OUT: usize =
     longest(&[wire::control_len(INPUTS, SEQUENCE_LENGTH, Scalar::BYTES), wire::LONGEST_SERVICE]);
 
 /// Numbers of the tables that are checked in each cycle, once its frame is on its way.
-pub const CHECKED_NUMBERS: usize = 16;
+pub const CHECKED_NUMBERS: usize = 64;
 
 const fn longest(lengths: &[usize]) -> usize {
     let (mut longest, mut rest) = (0, lengths);

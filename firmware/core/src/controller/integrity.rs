@@ -194,8 +194,9 @@ impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize> Controller<'_
     /// until a round has ended, and then in idle time.
     #[inline(never)]
     pub fn check_memory(&mut self, expected: &[Checksums], numbers: usize) -> bool {
-        // The two count the same cycles.
-        self.check.is_damaged |= self.in_flight.proposed().tick != self.filter.tick();
+        // The two count the same cycles, and each within its ring.
+        let is_in_step = self.in_flight.proposed().tick == self.filter.tick();
+        self.check.is_damaged |= !(is_in_step && self.filter.is_in_range() && self.in_flight.is_in_range());
         let (stage, mut round) = (self.check.stage, self.check.round);
         let found = round.go_on(numbers, &|place| match stage {
             Stage::Law => self.design.law_part(place),

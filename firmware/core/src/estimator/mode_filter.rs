@@ -175,6 +175,12 @@ impl<'m, T: Scalar, const NX: usize, const NU: usize, const NY: usize> ModeFilte
         self.prepared.part(place)
     }
 
+    /// Whether the ring's positions are within the ring.
+    pub(crate) fn is_in_range(&self) -> bool {
+        let places = self.remembered.cycles.len();
+        self.oldest < places && (1..places).contains(&self.count)
+    }
+
     /// With one of the numbers changed that were computed of the model, see [`Prepared::damage`].
     #[cfg(test)]
     pub(crate) fn damage(&mut self, place: usize, change: impl FnOnce(&mut T)) -> bool {

@@ -96,6 +96,11 @@ impl<'m, T: Scalar, const NU: usize> InFlight<'m, T, NU> {
         place_of(self.sent) ^ place_of(self.inputs) ^ self.length as u32
     }
 
+    /// Whether the ring's position is within the ring.
+    pub(crate) fn is_in_range(&self) -> bool {
+        self.newest < self.sent.len()
+    }
+
     /// Inputs per sequence.
     pub fn length(&self) -> usize {
         self.length
