@@ -174,8 +174,8 @@ impl<T: Scalar> Pair<'_, T> {
         assert_eq!(told(&self.controller), told(&self.twin));
         let estimate = self.controller.estimator();
         assert!(estimate.posterior_mean().iter().all(|value| value.is_finite()), "a state that is one");
-        let covariance = estimate.posterior_covariance();
-        assert!(covariance.iter().all(|value| value.is_finite()));
-        assert!((0..2).all(|place| covariance[(place, place)] >= T::zero()), "variances");
+        // Kept are factors, whose squares may be beyond the scalar's range: a variance may be infinite, but never no number.
+        let variances = estimate.posterior_covariance().diagonal();
+        assert!(variances.iter().all(|variance| *variance >= T::zero()), "variances");
     }
 }

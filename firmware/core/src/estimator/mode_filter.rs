@@ -385,6 +385,7 @@ impl<'m, T: Scalar, const NX: usize, const NU: usize, const NY: usize> ModeFilte
     }
 
     /// Covariance of the error of [`ModeFilter::posterior_mean`], `nx x nx`; computed from its factors on every call.
+    /// What is kept are the factors: after long without measurements entries may be beyond the scalar's range where these are not.
     pub fn posterior_covariance(&self) -> SMatrix<T, NX, NX> {
         self.posterior().covariance()
     }
