@@ -36,20 +36,16 @@ const TOLERANCE: f64 = 1e-3;
 impl Outcome {
     /// Of a run, beside the one without a fault.
     pub(crate) fn of(run: &Run, undisturbed: &Run, is_told: bool) -> Self {
-        let is_same = run.inputs.len() == undisturbed.inputs.len()
-            && run
-                .inputs
-                .iter()
-                .zip(&undisturbed.inputs)
-                .all(|(one, other)| one.to_bits() == other.to_bits());
+        let is_same =
+            run.inputs.iter().zip(&undisturbed.inputs).all(|(one, other)| one.to_bits() == other.to_bits());
         if run.has_stopped {
             Self::Stopped
         } else if is_told || run.other_is_lost {
             Self::Detected
-        } else if is_same {
-            Self::Masked
         } else if run.has_fallen {
             Self::Lost
+        } else if is_same {
+            Self::Masked
         } else if is_as_before(&run.inputs, &undisturbed.inputs) {
             Self::Degraded
         } else {
@@ -61,7 +57,7 @@ impl Outcome {
 fn is_as_before(inputs: &[f32], undisturbed: &[f32]) -> bool {
     let count = undisturbed.len() as f64;
     let square = undisturbed.iter().map(|input| f64::from(*input).powi(2)).sum::<f64>() / count;
-    let last = inputs.iter().zip(undisturbed).rev().take(END);
+    let last = inputs.iter().zip(undisturbed).skip(inputs.len().saturating_sub(END));
     let most = last.map(|(one, other)| (f64::from(*one) - f64::from(*other)).abs()).fold(0.0, f64::max);
     most <= TOLERANCE * square.sqrt()
 }

@@ -25,7 +25,8 @@ impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize> Design<'_, T,
                     Some(trigger) => 1 + trigger.length() as u32,
                     None => 0,
                 };
-                Part::Word(gains.length() as u32 | hold << 8 | of_trigger << 16)
+                let numbers = (tables.lx.len() ^ tables.m.len() ^ tables.arrival.len()) as u32;
+                Part::Word(gains.length() as u32 ^ hold << 8 ^ of_trigger << 16 ^ numbers.rotate_left(9))
             }
             (1, _) => Part::Numbers(tables.lx.numbers()),
             (2, _) => Part::Numbers(tables.m.numbers()),
