@@ -32,8 +32,8 @@ const FOLDER: &str = "fuzz";
 const INSTRUMENTED: &str = "--cfg fuzzing -Cpasses=sancov-module -Cllvm-args=-sanitizer-coverage-level=4 \
                             -Cllvm-args=-sanitizer-coverage-inline-8bit-counters -Cllvm-args=-sanitizer-coverage-pc-table \
                             -Cllvm-args=-sanitizer-coverage-trace-compares";
-/// Seconds after which an input that has not ended is a fault.
-const PATIENCE: u32 = 30;
+/// Seconds after which an input that has not ended is a fault. Marginal designs take ten on a machine of its own, instrumented.
+const PATIENCE: u32 = 120;
 /// Megabytes beyond which a program takes too much memory.
 const MOST_MEMORY: u32 = 2048;
 
