@@ -20,7 +20,6 @@ use crate::{
     sequence::ControlSequence,
     wire::{self, Acknowledgement, MOST_AGES},
 };
-use heapless::HistoryBuf;
 use nalgebra::SVector;
 use standing::Standing;
 
@@ -66,8 +65,8 @@ pub struct Actuator<'m, T: Scalar, const NU: usize> {
     copy: &'m mut [SVector<T, NU>],
     /// Room for one that comes.
     coming: &'m mut [SVector<T, NU>],
-    /// What was played in the last cycles.
-    played: HistoryBuf<Age, MOST_AGES>,
+    /// What was played in the last cycles, each at the place of its tick: a position of its own could change by itself.
+    played: [Age; MOST_AGES],
     rejected_frames: u32,
     /// Whether memory has changed by itself.
     is_damaged: bool,
@@ -92,7 +91,7 @@ impl<'m, T: Scalar, const NU: usize> Actuator<'m, T, NU> {
             buffer,
             copy,
             coming,
-            played: HistoryBuf::new(),
+            played: [Age::Empty; MOST_AGES],
             rejected_frames: 0,
             is_damaged: false,
             round: Round::START,
@@ -103,7 +102,6 @@ impl<'m, T: Scalar, const NU: usize> Actuator<'m, T, NU> {
     /// trusted again.
     pub fn restart(&mut self, tick: Tick) {
         self.standing = Twice::new(Standing::new(tick));
-        self.played = HistoryBuf::new();
         self.rejected_frames = 0;
     }
 
@@ -174,7 +172,7 @@ impl<'m, T: Scalar, const NU: usize> Actuator<'m, T, NU> {
         else {
             return self.stand_safe();
         };
-        let Standing { tick, mut buffered, last_input, idle } = *standing;
+        let Standing { tick, mut buffered, last_input, idle, played } = *standing;
         let due = buffered.and_then(|(made, length)| {
             let age = u8::try_from(tick.age_of(made)?).ok()?;
             (usize::from(age) < length).then_some(age)
@@ -205,8 +203,9 @@ impl<'m, T: Scalar, const NU: usize> Actuator<'m, T, NU> {
         let most = settings.safe.map_or(1, |safe| safe.after.saturating_add(1));
         let idle = if age == Age::Empty { idle.saturating_add(1).min(most) } else { 0 };
         let input = settings.leaves_after(&last_input, &input);
-        self.played.write(age);
-        self.standing.set(Standing { tick: tick + 1, buffered, last_input: input, idle });
+        self.played[place_of(tick)] = age;
+        let played = played.saturating_add(1).min(MOST_AGES as u8);
+        self.standing.set(Standing { tick: tick + 1, buffered, last_input: input, idle, played });
         Applied { tick, input, age }
     }
 
@@ -219,20 +218,17 @@ impl<'m, T: Scalar, const NU: usize> Actuator<'m, T, NU> {
     /// acknowledgement that has not come tells the controller nothing, neither that a sequence arrived nor that none
     /// did, unless the link guarantees delivery.
     pub fn acknowledgement(&self, cycles: usize) -> Option<Acknowledgement> {
-        if self.played.is_empty() {
-            return None;
-        }
-        let (older, newer) = self.played.as_slices();
-        let mut ages = heapless::Vec::new();
-        for part in [newer, older] {
-            let wanted = cycles.clamp(1, MOST_AGES) - ages.len();
-            for age in part.iter().rev().take(wanted) {
-                // There is room for all.
-                let _ = ages.push(*age);
-            }
-        }
-        Some(Acknowledgement { tick: self.tick() - 1, ages })
+        let standing = self.standing.get().filter(|standing| !self.is_damaged && standing.played > 0)?;
+        let (newest, count) = (standing.tick - 1, cycles.clamp(1, MOST_AGES).min(standing.played.into()));
+        // There is room for all.
+        let ages = (0..).take(count).map(|ago| self.played[place_of(newest - ago)]).collect();
+        Some(Acknowledgement { tick: newest, ages })
     }
+}
+
+/// Where it is kept what was played in a cycle.
+fn place_of(tick: Tick) -> usize {
+    tick.0 as usize % MOST_AGES
 }
 
 #[cfg(test)]

@@ -20,12 +20,14 @@ pub(super) struct Standing<T, const NU: usize> {
     pub(super) last_input: SVector<T, NU>,
     /// Cycles in a row with an empty buffer.
     pub(super) idle: u16,
+    /// Cycles that were played, up to as many as an acknowledgement tells of.
+    pub(super) played: u8,
 }
 
 impl<T: Scalar, const NU: usize> Standing<T, NU> {
     /// Before cycle `tick`, the first.
     pub(super) fn new(tick: Tick) -> Self {
-        Self { tick, buffered: None, last_input: SVector::zeros(), idle: 0 }
+        Self { tick, buffered: None, last_input: SVector::zeros(), idle: 0, played: 0 }
     }
 
     /// With this sequence of finite inputs in the buffer, if it is of use in the next cycle beside the one that is there.
@@ -97,7 +99,6 @@ impl<T: Scalar, const NU: usize> Actuator<'_, T, NU> {
             (Some(standing), Some(settings)) => settings.leaves_after(&standing.last_input, &safe),
             _ => safe,
         };
-        self.played.clear();
         self.standing =
             Twice::new(Standing { last_input: input, tick: before.tick + 1, ..Standing::new(before.tick) });
         Applied { tick: before.tick, input, age: Age::Empty }
