@@ -18,7 +18,7 @@ use gain_gen::{
     joining::joining_covariance,
     keys::KeyFile,
 };
-use slqg::DefaultInput;
+use slqg::{DefaultInput, estimator::Merging};
 use std::{
     env, fs,
     path::{Path, PathBuf},
@@ -101,6 +101,11 @@ fn compile_design() {
 
 /// Writes `keys.rs` for a guard, which the nodes have if and only if the design says so.
 fn write_keys(design: &Design, path: &Path) {
+    assert!(
+        design.estimator() != Merging::Linear || env::var_os("CARGO_FEATURE_LINEAR").is_some(),
+        "{}: the estimator is \"linear\", as there are no acknowledgements: build with the feature `linear`",
+        path.display()
+    );
     let is_sealed = design.authentication == Authentication::Cmac;
     let (found, is_built) = (variable("SLQG_KEYS"), env::var_os("CARGO_FEATURE_AUTHENTICATION").is_some());
     if is_built != is_sealed || found.is_some() != is_sealed {

@@ -215,7 +215,7 @@ fn the_report_says_what_is_acknowledged_and_what_its_figures_hold_for() {
     let caveat = "costs hold for instant acknowledgement; here the costs are lower bounds";
     for (acknowledgement, line, estimator, cycles) in [
         ("\"instant\"", "acknowledgement     instant; estimator single\n", "single", Some(8)),
-        ("\"none\"", "acknowledgement     none; estimator single\n", "single", None),
+        ("\"none\"", "acknowledgement     none; estimator linear\n", "linear", None),
         (
             "{ delays = [0.5, 0.25] }\nacknowledged_cycles = 3",
             "acknowledgement     mean delay 0.3333 steps = 0.006667 s, 25.00 % lost, 3 cycles in each; estimator single\n",
@@ -231,7 +231,9 @@ fn the_report_says_what_is_acknowledged_and_what_its_figures_hold_for() {
         assert_eq!(output.status.code(), Some(if is_instant { 0 } else { 3 }), "{}", text(&output.stderr));
         let shown = text(&output.stdout);
         assert!(shown.contains(line), "no {line:?} in\n{shown}");
-        assert_eq!(shown.contains(caveat), acknowledgement != "\"instant\"", "{shown}");
+        assert_eq!(shown.contains(caveat), acknowledgement.starts_with('{'), "{shown}");
+        let is_linear = shown.contains("Without acknowledgements, estimation included\n  mean-square rate");
+        assert_eq!(is_linear, estimator == "linear", "{shown}");
         let found = object(&gain_gen("report", &design, &["--json"]));
         assert_eq!((&found["estimator"], &found["acknowledged_cycles"]), (&estimator.into(), &cycles.into()));
     }

@@ -210,7 +210,7 @@ fn keys_left_out_take_their_defaults() {
     assert_eq!(settings.input_limits, None);
     // Thesis (3.34): the largest delay that occurs on the way of the measurements.
     assert_eq!((settings.sequence_length, settings.measurement_buffer), (2, 2));
-    assert_eq!(settings.estimator, Merging::Single);
+    assert_eq!(settings.estimator, None);
     assert_eq!((design.tracking, design.event), (None, None));
 }
 
@@ -230,7 +230,7 @@ network.acknowledged_cycles = 1
     assert_eq!(design.network.acknowledgement, Acknowledgement::Over(link(&[0.25, 0.5])));
     assert_eq!(design.network.acknowledged_cycles, 1);
     let settings = design.controller;
-    assert_eq!(settings.estimator, Merging::Gpb2);
+    assert_eq!(settings.estimator, Some(Merging::Gpb2));
     assert_eq!((settings.default_input, settings.scalar), (DefaultInput::Hold, DeviceScalar::F64));
     assert_eq!((settings.measurement_buffer, settings.input_limits), (0, Some(vec![(-1.0, 2.5)])));
     let never = format!("{SHORT}network.acknowledgement = \"none\"");
@@ -239,13 +239,34 @@ network.acknowledged_cycles = 1
 
 #[test]
 fn ages_are_kept_apart_where_the_design_says_so() {
-    for acknowledgement in ["\"instant\"", "\"none\"", "{ delays = [1] }"] {
+    for (acknowledgement, usual) in [
+        ("\"instant\"", Merging::Single),
+        ("{ delays = [1] }", Merging::Single),
+        ("\"none\"", Merging::Linear),
+    ] {
         let text = format!("{SHORT}network.acknowledgement = {acknowledgement}\n");
-        assert_eq!(Design::parse(&text, "tank").unwrap().controller.estimator, Merging::Single);
+        let estimator = |text: &str| Design::parse(text, "tank").unwrap().estimator();
+        assert_eq!(estimator(&text), usual);
         for (word, merging) in [("single", Merging::Single), ("imm", Merging::Imm), ("gpb2", Merging::Gpb2)] {
-            let design = Design::parse(&format!("{text}controller.estimator = \"{word}\""), "tank").unwrap();
-            assert_eq!(design.controller.estimator, merging, "{acknowledgement}");
+            let given = estimator(&format!("{text}controller.estimator = \"{word}\""));
+            assert_eq!(given, merging, "{acknowledgement}");
         }
+    }
+}
+
+#[test]
+fn the_linear_estimator_goes_without_acknowledgements_only() {
+    let linear = "controller.estimator = \"linear\"\n";
+    for (more, found) in [
+        ("", "found \"linear\" beside acknowledgements, of which it takes no notice"),
+        ("network.acknowledgement = \"none\"\nevent.send_cost = 1\n", "found \"linear\" beside [event]"),
+        (
+            "network.acknowledgement = \"none\"\ntracking = { z = [[1]] }\n",
+            "found \"linear\" beside [tracking]",
+        ),
+    ] {
+        let error = Design::parse(&format!("{SHORT}{linear}{more}"), "tank").expect_err("it does not go");
+        assert!(error.to_string().contains(found), "{error}");
     }
 }
 

@@ -57,7 +57,10 @@ fn acknowledgements_that_are_not_all_in_time_leave_it_undecided() {
         ("{ delays = [1.0] }", None),
     ] {
         let changed = format!("acknowledgement = {acknowledgement}");
-        let changes = [("acknowledgement = \"instant\"", changed.as_str())];
+        let changes = [
+            ("acknowledgement = \"instant\"", changed.as_str()),
+            ("[controller]", "[controller]\nestimator = \"single\""),
+        ];
         let (verdict, converged, conditions) =
             judged(&altered(folder.path(), &example("pendulum"), &changes));
         assert!(converged);

@@ -27,10 +27,8 @@ fn normalised(text: &str, acknowledgement: &Acknowledgement, merging: Merging) -
     // Rounding must not count as an error.
     design.controller.scalar = gain_gen::design::DeviceScalar::F64;
     design.network.acknowledgement = acknowledgement.clone();
-    let mut contender = Contender::new(Kind::Slqg, &design, STEPS).expect("a stabilised loop");
-    if *acknowledgement != Acknowledgement::Instant {
-        contender.merging = merging;
-    }
+    design.controller.estimator = Some(merging);
+    let contender = Contender::new(Kind::Slqg, &design, STEPS).expect("a stabilised loop");
     let fitted = Fitted::<f64, 2, 1, 2>::new(&design, &contender);
     let one = |number| {
         let mut normalised = Vec::new();

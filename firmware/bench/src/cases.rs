@@ -28,7 +28,7 @@ pub struct Case {
 }
 
 /// Every case, in the order in which they are run.
-pub const CASES: [Case; 10] = [
+pub const CASES: [Case; 11] = [
     Case { name: "pendulum", run: |clock| pendulum::run(clock, Merging::Single, Feedback::Instant) },
     Case {
         name: "pendulum_hold",
@@ -49,6 +49,7 @@ pub const CASES: [Case; 10] = [
     },
     Case { name: "integrator", run: |clock| integrator::run(clock, Merging::Single, Feedback::Instant) },
     Case { name: "integrator_single", run: |clock| integrator::run(clock, Merging::Single, Feedback::None) },
+    Case { name: "integrator_linear", run: |clock| integrator::run(clock, Merging::Linear, Feedback::None) },
     Case { name: "integrator_imm", run: |clock| integrator::run(clock, Merging::Imm, Feedback::None) },
     Case { name: "integrator_gpb2", run: |clock| integrator::run(clock, Merging::Gpb2, Feedback::None) },
 ];
@@ -93,7 +94,9 @@ macro_rules! case {
                 let looped = super::Loop { design, actuator: ACTUATOR, tracked, plateau, feedback };
                 let mut of_actuator = ACTUATOR_MEMORY;
                 match merging {
-                    super::Merging::Single => looped.run(Memory::new().lend(), &mut of_actuator, clock),
+                    super::Merging::Single | super::Merging::Linear => {
+                        looped.run(Memory::new().lend(), &mut of_actuator, clock)
+                    }
                     _ => looped.run(Wide::new().lend(), &mut of_actuator, clock),
                 }
             }

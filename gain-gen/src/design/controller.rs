@@ -26,8 +26,8 @@ pub struct ControllerSettings {
     pub measurement_buffer: usize,
     /// Whether the design gives it; otherwise it is the largest delay of a measurement.
     pub buffer_is_given: bool,
-    /// Which ages the estimator keeps apart while no acknowledgement decides.
-    pub estimator: Merging,
+    /// Which ages the estimator keeps apart while no acknowledgement decides, if the design says; see [`super::Design::estimator`].
+    pub estimator: Option<Merging>,
     /// Scalar type of the arithmetic on the device.
     pub scalar: DeviceScalar,
     /// (least, greatest) value the actuator can apply, one pair per input, in the input's unit; 0 lies within.
@@ -93,15 +93,16 @@ impl ControllerSettings {
             None => latest_measurement,
             Some(field) => field.whole_number(0..=LONGEST_BUFFER)?,
         };
-        let estimator = match controller.optional("estimator", "\"single\", \"imm\" or \"gpb2\"") {
-            // The cheapest, and without acknowledgements the one with the lightest tail: docs/evaluation.md.
-            None => Merging::Single,
-            Some(field) => field.choice(&[
+        let names = "\"single\", \"imm\", \"gpb2\" or \"linear\"";
+        let estimator = controller.optional("estimator", names).map(|field| {
+            field.choice(&[
                 ("single", Merging::Single),
                 ("imm", Merging::Imm),
                 ("gpb2", Merging::Gpb2),
-            ])?,
-        };
+                ("linear", Merging::Linear),
+            ])
+        });
+        let estimator = estimator.transpose()?;
         let scalar = match controller.optional("scalar", "\"f32\" or \"f64\"") {
             None => DeviceScalar::F32,
             Some(field) => field.choice(&[("f32", DeviceScalar::F32), ("f64", DeviceScalar::F64)])?,
@@ -157,7 +158,7 @@ fn rates_of(
     controller: &Section<'_>,
     inputs: usize,
     has_limits: bool,
-    estimator: Merging,
+    estimator: Option<Merging>,
 ) -> Result<Option<Vec<f64>>, DesignError> {
     let rates = "one number above 0 per input, in its unit per second: [10, ..]";
     let Some(field) = controller.optional("input_rates", rates) else { return Ok(None) };
@@ -176,7 +177,7 @@ fn rates_of(
     if !has_limits {
         return Err(field.reject_with("found without input_limits".into(), "give both, or neither".into()));
     }
-    if estimator != Merging::Single {
+    if let Some(estimator) = estimator.filter(|estimator| *estimator != Merging::Single) {
         let found = format!("found with estimator = \"{}\"", estimator.name());
         return Err(field.reject_with(found, "give it with estimator = \"single\" only".into()));
     }

@@ -17,6 +17,7 @@ mod document;
 mod eigenvalues;
 mod equilibrium;
 mod error;
+mod estimator;
 mod event;
 mod length_choice;
 mod link;
@@ -145,6 +146,7 @@ impl Design {
             safety,
             places,
         };
+        design.check_estimator(&root)?;
         bus::check(&root, &design)?;
         let mut arrives = design.run_on_bus();
         if let Some(tolerance) = tolerance {

@@ -120,7 +120,10 @@ impl Safety {
     /// estimator: a quantile of the chi-square distribution with one degree of freedom. `None`: everything is believed.
     pub fn threshold(&self, acknowledgement: &Acknowledgement, merging: Merging) -> Option<f64> {
         let level = match self.gate {
-            Gate::Usual if merging == Merging::Single || *acknowledgement == Acknowledgement::Instant => {
+            Gate::Usual
+                if matches!(merging, Merging::Single | Merging::Linear)
+                    || *acknowledgement == Acknowledgement::Instant =>
+            {
                 return Some(FAR * FAR);
             }
             Gate::Usual | Gate::None => return None,

@@ -2,7 +2,9 @@
 
 use super::standing::Standing;
 use crate::design::Design;
-use crate::solve::{FiniteHorizon, Law, PreviewGains, TriggerTables};
+use crate::solve::{FiniteHorizon, Law, PreviewGains, TriggerTables, Unacknowledged};
+use nalgebra::DMatrix;
+use slqg::estimator::Merging;
 
 /// A solved design that may be written; [`crate::report::Report::emission`] makes it.
 #[derive(Clone)]
@@ -11,6 +13,8 @@ pub struct Emission<'r> {
     pub design: &'r Design,
     /// The law of a loop that goes on.
     pub law: &'r Law,
+    /// What it is for a loop without acknowledgements; `None` for others.
+    pub unacknowledged: Option<&'r Unacknowledged>,
     /// What a reference adds to it; `None` if the design follows none, or with a task.
     pub preview: Option<&'r PreviewGains>,
     /// What sending a packet is worth; `None` if the design sends in every cycle, or with a task.
@@ -30,6 +34,23 @@ pub struct Emission<'r> {
 }
 
 impl Emission<'_> {
+    /// What the estimator keeps apart: with the law of a task, as with one for known ages, the spread of the input is its own.
+    pub(super) fn merging(&self) -> Merging {
+        match self.design.estimator() {
+            Merging::Linear if self.unacknowledged.is_none() => Merging::Single,
+            merging => merging,
+        }
+    }
+
+    /// `W` as the filter is told it, `nx x nx`: without acknowledgements it contains what inputs are uncertain by.
+    pub(super) fn process_noise(&self) -> DMatrix<f64> {
+        let plant = &self.design.plant;
+        match self.unacknowledged {
+            Some(found) => found.filter_noise(plant),
+            None => plant.process_noise.clone(),
+        }
+    }
+
     /// Expected inputs that the law takes, `n_v`.
     pub(super) fn in_flight(&self) -> usize {
         self.law.default_input.in_flight(self.law.length)

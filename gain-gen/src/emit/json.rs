@@ -58,7 +58,7 @@ pub(super) fn document(emission: &Emission<'_>) -> String {
             a: rows(&plant.a),
             b: rows(&plant.b),
             c: rows(&plant.c),
-            process_noise: rows(&plant.process_noise),
+            process_noise: rows(&emission.process_noise()),
             measurement_noise: rows(&plant.measurement_noise),
             initial_mean: plant.initial_mean.as_slice(),
             initial_covariance: rows(&plant.initial_covariance),

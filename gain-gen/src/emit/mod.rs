@@ -24,6 +24,7 @@ pub use files::{File, WriteError, is_written_through, open_through, write, write
 pub use identity::design_id;
 pub use standing::Standing;
 
+use slqg::estimator::Merging;
 use std::path::Path;
 
 /// A format that is one text.
@@ -69,6 +70,10 @@ fn law_alone(emission: &Emission<'_>, format: &'static str) -> Result<(), EmitEr
     }
     if emission.design.wire.counts_values() {
         return Err(EmitError::LawAlone { key: "wire", format, missing: "the rounding of the inputs" });
+    }
+    if format == "c" && emission.merging() == Merging::Linear {
+        let (key, missing) = ("network.acknowledgement", "the mean of the inputs in place of ages");
+        return Err(EmitError::LawAlone { key, format, missing });
     }
     match emission.task {
         None => Ok(()),

@@ -45,7 +45,8 @@ impl Report {
         let goes_on = self.task.is_none();
         Ok(Emission {
             design: &self.design,
-            law: &self.solution.law,
+            law: self.law(),
+            unacknowledged: self.unacknowledged.as_ref().filter(|_| goes_on),
             preview: self.preview.as_ref().and_then(|gains| gains.as_ref().ok()).filter(|_| goes_on),
             trigger: self.trigger.as_ref().filter(|_| goes_on),
             task: self.task.as_ref().map(|gains| TaskGains {
@@ -54,9 +55,12 @@ impl Report {
                 surprise_cost: self.surprise_cost(),
             }),
             standing: self.standing(),
-            mean_square_rate: self.solution.mean_square_rate,
+            mean_square_rate: self.mean_square_rate(),
             time_constant: self.time_constant(),
-            control_cost: self.control_cost(),
+            control_cost: self
+                .unacknowledged
+                .as_ref()
+                .map_or_else(|| self.control_cost(), |found| found.cost),
             figures: self,
         })
     }

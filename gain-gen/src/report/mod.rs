@@ -21,12 +21,14 @@ use crate::estimation::Estimation;
 use crate::figure;
 use crate::margins::{Margins, margins};
 use crate::solve::{
-    FiniteHorizon, LoopProblem, Method, Outcome, PreviewGains, PreviewTooLong, Solution, Start,
-    TriggerTables, age_transitions, applied_costs, critical_length, trigger_tables,
+    FiniteHorizon, Law, LoopProblem, Method, Outcome, PreviewGains, PreviewTooLong, Solution, Start,
+    TriggerTables, Unacknowledged, age_transitions, applied_costs, critical_length, shortest_unacknowledged,
+    trigger_tables, unacknowledged,
 };
 use crate::stability;
 use crate::warnings::{self, Warning};
 use nalgebra::DMatrix;
+use slqg::estimator::Merging;
 
 pub use crate::channels::ControlOnChannel;
 pub use crate::saturation::NotShown;
@@ -48,6 +50,8 @@ pub struct Report {
     pub method: Method,
     /// Gains and how the recursion ended.
     pub solution: Solution,
+    /// The law and the loop without acknowledgements; `None` with others than the linear estimator, or where none was found.
+    pub unacknowledged: Option<Unacknowledged>,
     /// Mean-square rate with the numbers that are emitted: [`Solution::emitted_rate`].
     pub emitted_rate: f64,
     /// Conditions for stability that do not hold or are not shown to; empty iff the verdict is [`Verdict::Stable`].
@@ -103,7 +107,12 @@ impl Report {
         let in_flight = needs_more.then(|| start.solve(Method::InFlight));
         let steady = in_flight.as_ref().unwrap_or(&solution);
         let estimation = Estimation::of(design, &solution);
+        let is_linear = design.estimator() == Merging::Linear;
+        let unacknowledged = if is_linear { unacknowledged(design, &problem, &solution) } else { None };
         let emitted_rate = match solution.is_stabilising() {
+            _ if is_linear => {
+                unacknowledged.as_ref().map_or(solution.mean_square_rate, |found| found.emitted_rate)
+            }
             true => solution.emitted_rate(&problem, design.controller.scalar),
             false => solution.mean_square_rate,
         };
@@ -122,6 +131,8 @@ impl Report {
                 estimation.sight(),
                 on_channel,
                 n_crit,
+                unacknowledged.as_ref(),
+                || shortest_unacknowledged(design),
             ),
             accepts_undecided_stability: false,
             transition_matrix: age_transitions(&problem.link, problem.length),
@@ -144,12 +155,13 @@ impl Report {
             margins: None,
             channel: None,
             certificate: None,
+            unacknowledged,
         }
     }
 
     /// Adds the margins if the loop has [`Report::converged`]. Dense: slow for long sequences.
     pub fn find_margins(&mut self) {
-        if self.converged() {
+        if self.converged() && self.design.estimator() != Merging::Linear {
             self.margins = margins(&self.design, &self.solution);
         }
     }
@@ -159,7 +171,7 @@ impl Report {
     /// # Errors
     /// The loop is stable by its figures, but rounding does not let it be proved.
     pub fn certify(&mut self) -> Result<(), NotCertified> {
-        if self.converged() {
+        if self.converged() && self.design.estimator() != Merging::Linear {
             let gains = self.solution.emitted_gains(self.design.controller.scalar);
             self.certificate =
                 Some(certify_gains(&LoopProblem::of(&self.design), &gains, self.emitted_rate)?);
@@ -192,9 +204,19 @@ impl Report {
         }
     }
 
+    /// The law that the device computes with.
+    pub fn law(&self) -> &Law {
+        self.unacknowledged.as_ref().map_or(&self.solution.law, |found| &found.law)
+    }
+
+    /// Factor by which second moments change per cycle: with the state known, or without acknowledgements of the whole loop.
+    pub fn mean_square_rate(&self) -> f64 {
+        self.unacknowledged.as_ref().map_or(self.solution.mean_square_rate, |found| found.rate)
+    }
+
     /// Steps in which the closed loop's second moments fall to 1/e, `-1 / ln(rate)`; `None` if they do not fall.
     pub fn time_constant(&self) -> Option<f64> {
-        let rate = self.solution.mean_square_rate;
+        let rate = self.mean_square_rate();
         (rate < 1.0).then(|| -1.0 / rate.ln())
     }
 

@@ -103,6 +103,33 @@ impl Coordinates {
         law
     }
 
+    /// A law for these coordinates as one of the design's.
+    pub(super) fn restore_law(&self, law: &Law) -> Law {
+        let inverse = |units: &[f64]| units.iter().map(|unit| unit.recip()).collect();
+        Self { states: inverse(&self.states), inputs: inverse(&self.inputs) }.express_law(law)
+    }
+
+    /// Outputs of the design's states, `ny x nx`, as those of these.
+    pub(super) fn express_output(&self, output: &DMatrix<f64>) -> DMatrix<f64> {
+        DMatrix::from_fn(output.nrows(), output.ncols(), |i, j| output[(i, j)] * self.states[j])
+    }
+
+    /// A filter's gain for these states, `nx x ny`, as one for the design's.
+    pub(super) fn restore_filter_gain(&self, gain: &DMatrix<f64>) -> DMatrix<f64> {
+        DMatrix::from_fn(gain.nrows(), gain.ncols(), |i, j| gain[(i, j)] * self.states[i])
+    }
+
+    /// A filter's gain of the design's as one for these states, `nx x ny`.
+    pub(super) fn express_filter_gain(&self, gain: &DMatrix<f64>) -> DMatrix<f64> {
+        DMatrix::from_fn(gain.nrows(), gain.ncols(), |i, j| gain[(i, j)] / self.states[i])
+    }
+
+    /// A covariance of these inputs, `nu x nu`, as one of the design's.
+    pub(super) fn restore_input_covariance(&self, covariance: &DMatrix<f64>) -> DMatrix<f64> {
+        let e = &self.inputs;
+        DMatrix::from_fn(e.len(), e.len(), |i, j| covariance[(i, j)] * e[i] * e[j])
+    }
+
     /// A cost over these states, `nx x nx`, as one over the design's.
     pub(super) fn cost(&self, cost: &DMatrix<f64>) -> DMatrix<f64> {
         let d = &self.states;

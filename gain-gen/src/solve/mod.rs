@@ -12,6 +12,7 @@
 //! | `finite_horizon` | time-varying gains for a task that ends |
 //! | `tracking` | what a reference adds: preview gains, set points, the feedforward of a task |
 //! | `trigger` | what sending a packet is worth, as tables |
+//! | `unacknowledged` | the law for a loop without acknowledgements, and its exact cost |
 //! | `rollout` | the same worth from the thesis' matrices for one history of decisions: the reference |
 //! | `network_free` | the problem without its network, to the last digit: where both recursions start |
 //! | `coordinates` | units that come from the data, in which everything is computed |
@@ -60,6 +61,7 @@ mod spectral;
 mod sums;
 mod tracking;
 mod trigger;
+mod unacknowledged;
 
 use crate::stability;
 use coordinates::Coordinates;
@@ -91,6 +93,7 @@ pub use tracking::{
     LONGEST_PREVIEW, PreviewGains, PreviewTooLong, Tracked, TrackedTask, preview_gains, set_point_gains,
 };
 pub use trigger::{TriggerTables, trigger_tables};
+pub use unacknowledged::{LONGEST_TRIED, Unacknowledged, shortest_unacknowledged, unacknowledged};
 
 /// Which recursion computes the gains.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -45,6 +45,13 @@ pub(super) struct Sums {
 }
 
 impl Sums {
+    /// Of a loop `x+ = F x` that may grow: `None` if it does.
+    pub(super) fn decaying(closed: DMatrix<f64>) -> Option<Self> {
+        let sums = Self::of(closed);
+        let last = sums.powers.last()?;
+        (sums.powers.len() < SQUARINGS && last.norm() < 1.0).then_some(sums)
+    }
+
     fn of(closed: DMatrix<f64>) -> Self {
         let size = closed.amax();
         let mut powers = vec![closed];

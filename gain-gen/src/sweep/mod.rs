@@ -10,9 +10,10 @@ use crate::channels;
 use crate::design::{Design, DeviceScalar};
 use crate::estimation::Sight;
 use crate::report::{FailedCondition, Verdict, failed};
-use crate::solve::{LoopProblem, Method, Outcome, solve};
+use crate::solve::{LoopProblem, Method, Outcome, solve, unacknowledged};
 use rayon::prelude::*;
 use slqg::DefaultInput;
+use slqg::estimator::Merging;
 
 /// The figures of every length asked for.
 #[derive(Debug, Clone, PartialEq)]
@@ -102,19 +103,25 @@ impl Sweep {
 
 fn figures(design: &Design, problem: &LoopProblem, sight: Sight) -> LengthFigures {
     let solution = solve(problem, Method::InFlight);
+    let is_linear = design.estimator() == Merging::Linear;
+    let unacknowledged = if is_linear { unacknowledged(design, problem, &solution) } else { None };
+    let found = unacknowledged.as_ref();
     let emitted_rate = match solution.is_stabilising() {
+        _ if is_linear => found.map_or(solution.mean_square_rate, |found| found.emitted_rate),
         true => solution.emitted_rate(problem, design.controller.scalar),
         false => solution.mean_square_rate,
     };
     let on_channel = channels::control(design, problem, &solution);
-    let conditions = failed(design, problem, &solution, emitted_rate, sight, on_channel, None);
+    let conditions =
+        failed(design, problem, &solution, emitted_rate, sight, on_channel, None, found, || None);
     LengthFigures {
         sequence_length: problem.length,
         default_input: problem.default_input,
         verdict: Verdict::of(&conditions),
         converged: !conditions.iter().any(FailedCondition::is_of_theorems),
-        mean_square_rate: solution.mean_square_rate,
+        mean_square_rate: found.map_or(solution.mean_square_rate, |found| found.rate),
         control_cost: match solution.outcome {
+            Outcome::Converged if is_linear => found.map_or(f64::INFINITY, |found| found.cost),
             Outcome::Converged => solution.control_cost(&design.plant.process_noise),
             Outcome::Unstable | Outcome::Undecided => f64::INFINITY,
         },

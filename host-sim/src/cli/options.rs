@@ -81,6 +81,8 @@ enum EstimatorName {
     Imm,
     /// The ages in the last two cycles.
     Gpb2,
+    /// Nothing: one filter, told the mean of the input, and gains that know that it is uncertain. Without acknowledgements only.
+    Linear,
 }
 
 fn deadband(text: &str) -> Result<f64, String> {
@@ -112,6 +114,14 @@ impl Selection {
         let mut design = warnings::load(path).map_err(|error| Failure::Input(error.to_string()))?;
         if let Some(acknowledgement) = &self.acknowledgement {
             design.network.acknowledgement = acknowledgement.clone();
+        }
+        if let Some(estimator) = self.estimator {
+            design.controller.estimator = Some(match estimator {
+                EstimatorName::Single => Merging::Single,
+                EstimatorName::Imm => Merging::Imm,
+                EstimatorName::Gpb2 => Merging::Gpb2,
+                EstimatorName::Linear => Merging::Linear,
+            });
         }
         if let Some(cycles) = self.acknowledged_cycles {
             design.set_acknowledged_cycles(usize::from(cycles));
@@ -148,15 +158,6 @@ impl Selection {
         }
         if let Some(rule) = &mut contender.deadband {
             rule.delta = self.deadband;
-        }
-        if let (Some(estimator), true) =
-            (self.estimator, contender.acknowledgement != Acknowledgement::Instant)
-        {
-            contender.merging = match estimator {
-                EstimatorName::Single => Merging::Single,
-                EstimatorName::Imm => Merging::Imm,
-                EstimatorName::Gpb2 => Merging::Gpb2,
-            };
         }
         Ok(contender)
     }

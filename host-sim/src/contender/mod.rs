@@ -35,7 +35,7 @@ use gain_gen::{
     solve::{ChannelLaw, Law, LoopProblem, PreviewGains, TriggerTables},
     stability::loses_sight,
 };
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 use slqg::estimator::Merging;
 use slqg_links::loop_bus::LoopPlan;
 
@@ -112,6 +112,8 @@ pub struct Contender {
     pub merging: Merging,
     /// Whether it takes the mean age, rounded, for certain.
     pub rounds_age: bool,
+    /// Process noise as its filter is told it, `nx x nx`; `None`: the plant's.
+    pub filter_noise: Option<DMatrix<f64>>,
 }
 
 impl Contender {
@@ -161,7 +163,12 @@ impl Contender {
         let merging = match acknowledgement {
             // Every age is known: there is nothing to keep apart.
             Acknowledgement::Instant => Merging::Single,
-            Acknowledgement::None | Acknowledgement::Over(_) => design.controller.estimator,
+            Acknowledgement::None | Acknowledgement::Over(_) => match (kind, design.estimator()) {
+                (Kind::Slqg, estimator) => estimator,
+                // Their gains are not made for a mean input.
+                (_, Merging::Linear) => Merging::Single,
+                (_, estimator) => estimator,
+            },
         };
         let price = |send_cost| if kind == Kind::Lqg { 0.0 } else { send_cost };
         Self {
@@ -192,6 +199,7 @@ impl Contender {
             acknowledged_cycles: network.acknowledged_cycles,
             merging,
             rounds_age: kind == Kind::SlqgUdpRounded,
+            filter_noise: None,
         }
     }
 

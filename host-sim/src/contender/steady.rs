@@ -3,9 +3,9 @@
 use super::{Contender, ContenderError, Kind, TuningBasis};
 use gain_gen::{
     design::{DelayDistribution, Design, Link},
-    solve::{LoopProblem, Method, PreviewGains, Solution, solve, trigger_tables},
+    solve::{LoopProblem, Method, PreviewGains, Solution, solve, trigger_tables, unacknowledged},
 };
-use slqg::DefaultInput;
+use slqg::{DefaultInput, estimator::Merging};
 
 /// The same loop without a network: LQG as it is taught.
 pub(super) fn without_network(problem: &LoopProblem) -> LoopProblem {
@@ -49,7 +49,13 @@ impl Contender {
         self.must_see(design)?;
         self.weigh(&problem, design, &solution)?;
         self.learn_reference(design, steps)?;
-        self.laws = vec![solution.law];
+        self.laws = if self.merging == Merging::Linear {
+            let found = unacknowledged(design, &problem, &solution).ok_or_else(|| self.unstable())?;
+            self.filter_noise = Some(found.filter_noise(&design.plant));
+            vec![found.law]
+        } else {
+            vec![solution.law]
+        };
         if self.kind == Kind::SlqgTuning {
             self.tuning = Some(TuningBasis { problem });
         }

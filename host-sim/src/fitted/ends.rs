@@ -19,6 +19,7 @@ fn cast<T: Scalar, const R: usize, const C: usize>(matrix: &SMatrix<f64, R, C>) 
 
 pub(super) fn model<T: Scalar, const NX: usize, const NU: usize, const NY: usize>(
     design: &Design,
+    process_noise: &DMatrix<f64>,
 ) -> Model<T, NX, NU, NY> {
     let plant = &design.plant;
     let mean = DMatrix::from_column_slice(plant.states(), 1, plant.initial_mean.as_slice());
@@ -26,7 +27,7 @@ pub(super) fn model<T: Scalar, const NX: usize, const NU: usize, const NY: usize
         a: cast(&padded(&plant.a)),
         b: cast(&padded(&plant.b)),
         c: cast(&padded(&plant.c)),
-        process_noise: cast(&padded(&plant.process_noise)),
+        process_noise: cast(&padded(process_noise)),
         // A padded output has none: it is certain, and tells nothing.
         measurement_noise: cast(&padded(&plant.measurement_noise)),
         initial_mean: cast(&padded(&mean)),
@@ -37,9 +38,14 @@ pub(super) fn model<T: Scalar, const NX: usize, const NU: usize, const NY: usize
 /// The plant for a controller that joins a loop that runs.
 pub(super) fn joining<T: Scalar, const NX: usize, const NU: usize, const NY: usize>(
     design: &Design,
+    process_noise: &DMatrix<f64>,
 ) -> Model<T, NX, NU, NY> {
     let covariance = joining_covariance(&design.plant, design.controller.measurement_buffer);
-    Model { initial_mean: SVector::zeros(), initial_covariance: cast(&padded(&covariance)), ..model(design) }
+    Model {
+        initial_mean: SVector::zeros(),
+        initial_covariance: cast(&padded(&covariance)),
+        ..model(design, process_noise)
+    }
 }
 
 pub(super) fn actuator<T: Scalar, const NU: usize>(

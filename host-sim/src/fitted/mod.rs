@@ -124,6 +124,7 @@ impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize> Fitted<T, NX,
         let inputs = design.plant.inputs();
         let plant = contender.plant.as_ref().unwrap_or(&design.plant);
         let first = &contender.laws[0];
+        let noise = contender.filter_noise.as_ref().unwrap_or(&design.plant.process_noise);
         let vector = |value: &DVector<f64>| {
             SVector::from_fn(|row, _| T::nearest(value.get(row).copied().unwrap_or(0.0)))
         };
@@ -159,8 +160,8 @@ impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize> Fitted<T, NX,
             later: LaterLaw::of::<NX, NU>(contender),
             reference: contender.reference.iter().map(vector).collect(),
             foresight: contender.foresight,
-            model: model(design),
-            joining: joining(design),
+            model: model(design, noise),
+            joining: joining(design, noise),
             actuator: actuator(design, first.default_input),
             measurement_buffer: contender.measurement_buffer,
             acknowledgement_buffer: contender.acknowledgement_buffer.min(MEMORY - 1),

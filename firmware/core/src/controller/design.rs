@@ -61,6 +61,10 @@ pub enum InvalidDesign {
     NotAProbability,
     /// Inputs may change so much in a cycle only, and ages are kept apart: what was applied before is remembered once for all.
     Rates,
+    /// The linear estimator, in a program that was built without the feature `linear`.
+    Feature,
+    /// An event trigger weighs ages, and preview gains go with a law for known ages: neither goes with the linear estimator.
+    Linear,
     /// The gate is not positive, or the range of an output empty.
     Plausibility,
     /// A step of the grid is not positive, or a value on it not finite.
@@ -83,6 +87,10 @@ impl core::fmt::Display for InvalidDesign {
             }
             Self::NotAProbability => f.write_str("the probability to arrive at once is not within 0..=1"),
             Self::Rates => f.write_str("rate limits of inputs go with one estimate for all ages only"),
+            Self::Feature => f.write_str("the linear estimator takes a build with the feature `linear`"),
+            Self::Linear => f.write_str(
+                "trigger and preview do not go with an estimator that is told the mean input only",
+            ),
             Self::Plausibility => f.write_str("the gate is not positive, or the range of an output is empty"),
             Self::Grid => {
                 f.write_str("a step of the grid is not positive, or so large that values are not finite")
@@ -111,6 +119,9 @@ impl<'a, T: Scalar, const NX: usize, const NU: usize, const NY: usize> Design<'a
     /// Memory that a controller of this design is lent.
     pub fn sizes(&self) -> Sizes {
         let length = self.gains.length();
+        if self.merging.is_linear() {
+            return Sizes::linear(length, self.history());
+        }
         Sizes::of(length, self.history(), self.merging.estimates(length))
     }
 
@@ -129,6 +140,12 @@ impl<'a, T: Scalar, const NX: usize, const NU: usize, const NY: usize> Design<'a
         // NaN is outside.
         if !(T::zero()..=T::one()).contains(&self.arrives_at_once) {
             return Err(InvalidDesign::NotAProbability);
+        }
+        if matches!(self.merging, Merging::Linear) && !self.merging.is_linear() {
+            return Err(InvalidDesign::Feature);
+        }
+        if self.merging.is_linear() && (self.trigger.is_some() || self.preview.is_some()) {
+            return Err(InvalidDesign::Linear);
         }
         if self.actuator.rate().is_some() && self.merging != Merging::Single {
             return Err(InvalidDesign::Rates);

@@ -75,6 +75,7 @@ impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize> Design<'_, T,
                     Merging::Single => 0,
                     Merging::Imm => 1,
                     Merging::Gpb2 => 2,
+                    Merging::Linear => 3,
                 };
                 let largest_count = match grid {
                     Some(grid) => grid.largest_count as u32,

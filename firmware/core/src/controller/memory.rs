@@ -51,6 +51,15 @@ impl Sizes {
         }
     }
 
+    /// The same for an estimator that is told the mean of what may be applied, [`crate::estimator::Merging::Linear`]: it needs
+    /// neither ages nor what was sent.
+    pub const fn linear(length: usize, history: usize) -> Self {
+        let Self { cycles, .. } = Self::of(length, history, 1);
+        // One sequence that may be sent, and the place of the one before; and the expected inputs, which are carried on.
+        let inputs = length.saturating_mul(2 + SCRATCH + 1);
+        Self { cycles, estimates: cycles, ages: 0, sent: 2, inputs }
+    }
+
     /// Whether `other` fits into it.
     pub(super) const fn holds(&self, other: &Self) -> bool {
         self.cycles >= other.cycles

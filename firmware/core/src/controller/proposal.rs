@@ -109,8 +109,17 @@ impl<'m, T: Scalar, const NX: usize, const NU: usize, const NY: usize> Controlle
             count(&mut self.counts.unacknowledged);
         }
         self.filter.filter(&around(&self.design, law, &self.in_flight));
-        let played = played(&self.filter, &around(&self.design, law, &self.in_flight), self.rounds_age);
-        let expected = self.in_flight.fill_expected(&law.gains, &played, self.expected);
+        let expected = if self.design.merging.is_linear() {
+            // Written down for those who ask what was proposed.
+            let mean = self.mean.expected(&law.gains);
+            let (expected, _) = self.expected.split_at_mut(mean.len().min(self.expected.len()));
+            expected.copy_from_slice(mean);
+            &*expected
+        } else {
+            let around = around(&self.design, law, &self.in_flight);
+            let played = played(&self.filter, &around, self.rounds_age);
+            self.in_flight.fill_expected(&law.gains, &played, self.expected)
+        };
         let sequence = self.in_flight.candidate();
         law.gains.fill_sequence(self.filter.posterior_mean(), expected, sequence);
         if self.is_fed_forward {
@@ -128,12 +137,30 @@ impl<'m, T: Scalar, const NX: usize, const NU: usize, const NY: usize> Controlle
     }
 
     pub(super) fn close(&mut self, law: &Law<'_, T, NX, NU>, is_sent: bool) {
+        let mean = self.design.merging.is_linear().then(|| self.mean_input(law, is_sent));
         self.in_flight.push(is_sent);
         self.filter.advance(&around(&self.design, law, &self.in_flight));
+        if let Some(mean) = mean {
+            self.filter.tell_mean(&mean);
+        }
         let begun_anew = self.filter.begun_anew();
         self.last.begun_anew = begun_anew != self.counts.begun_anew;
         self.counts.begun_anew = begun_anew;
         self.is_proposed = false;
+    }
+
+    /// The mean of what is applied in this cycle, where no acknowledgement ever comes.
+    #[inline(never)]
+    fn mean_input(&mut self, law: &Law<'_, T, NX, NU>, is_sent: bool) -> SVector<T, NU> {
+        let actuator = &self.design.actuator;
+        if actuator.limits.is_some() {
+            // As they leave the actuator.
+            for input in self.in_flight.candidate() {
+                *input = actuator.leaves_after(&SVector::zeros(), input);
+            }
+        }
+        let sent = is_sent.then_some(self.in_flight.proposed().inputs);
+        self.mean.push(&law.gains, law.arrives_at_once, sent)
     }
 
     /// Whether the trigger finds the sequence worth a packet; without a trigger every one is.

@@ -87,6 +87,9 @@ impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize> Controller<'_
 
     fn take_acknowledgement(&mut self, acknowledgement: &Acknowledgement) -> bool {
         let Acknowledgement { tick, ages } = acknowledgement;
+        if self.design.merging.is_linear() {
+            return false;
+        }
         // Only cycles that are over can be acknowledged, while the estimator remembers them.
         let Some(newest) = self.filter.position_over(*tick) else { return false };
         let remembered = ages.get(..=newest).unwrap_or(ages);

@@ -22,8 +22,9 @@ pub struct Cycle<T, const NU: usize, const NY: usize> {
     estimates: usize,
     /// The age played in the cycle before, if it is certain.
     certain: Option<Age>,
-    /// What was applied in the cycle before: if the buffer was empty then, or inputs may change so much in a cycle only.
-    held: SVector<T, NU>,
+    /// What was applied in the cycle before: if the buffer was empty then, or inputs may change so much in a cycle only; or
+    /// the mean of it.
+    pub(super) held: SVector<T, NU>,
     /// How measurements up to this cycle's have fitted.
     pub(super) standing: Standing<NY>,
 }
@@ -170,6 +171,15 @@ impl<'m, T: Scalar, const NX: usize, const NU: usize, const NY: usize> Remembere
     pub(super) fn word(&self) -> u32 {
         let Self { cycles, ages, likely, estimates, kept } = self;
         place_of(cycles) ^ place_of(ages) ^ place_of(estimates) ^ *likely as u32 ^ *kept as u32
+    }
+
+    /// The same for a filter that is told the mean of the input, and keeps no ages.
+    pub fn without_ages(
+        cycles: &'m mut [Cycle<T, NU, NY>],
+        estimates: &'m mut [Estimate<T, NX>],
+    ) -> Option<Self> {
+        let estimates = estimates.get_mut(..cycles.len())?;
+        (cycles.len() > 2).then(|| Self { cycles, ages: &mut [], likely: 0, estimates, kept: 1 })
     }
 
     /// What is believed in the cycle at `place`; `None` before it is filtered for the first time.

@@ -43,13 +43,22 @@ pub enum Merging {
     Imm,
     /// The ages in the last two cycles, merged after the measurement: generalised pseudo-Bayesian of second order.
     Gpb2,
+    /// None, and no ages either: no acknowledgement ever comes. One Kalman filter, told the mean of what may have been applied;
+    /// the model's process noise contains its covariance, which no data change. THEORY 14. A feature of that name: without it a
+    /// design with it makes no controller, and the others are smaller.
+    Linear,
 }
 
 impl Merging {
+    /// Whether it is [`Merging::Linear`], and this program can do with it.
+    pub(crate) const fn is_linear(self) -> bool {
+        cfg!(feature = "linear") && matches!(self, Self::Linear)
+    }
+
     /// Estimates that are kept at once for sequences of `length` inputs.
     pub const fn estimates(self, length: usize) -> usize {
         match self {
-            Self::Single => 1,
+            Self::Single | Self::Linear => 1,
             Self::Imm | Self::Gpb2 => length + 1,
         }
     }
@@ -60,6 +69,7 @@ impl Merging {
             Self::Single => "single",
             Self::Imm => "imm",
             Self::Gpb2 => "gpb2",
+            Self::Linear => "linear",
         }
     }
 }

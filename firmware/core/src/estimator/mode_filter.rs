@@ -336,6 +336,14 @@ impl<'m, T: Scalar, const NX: usize, const NU: usize, const NY: usize> ModeFilte
         }
     }
 
+    /// Tells the mean of what was applied in the cycle before the current one, where no acknowledgement ever comes.
+    pub fn tell_mean(&mut self, input: &SVector<T, NU>) {
+        let place = self.place(self.count - 1);
+        if let Some(cycle) = self.remembered.cycles.get_mut(place) {
+            cycle.held = *input;
+        }
+    }
+
     /// Moves on to the next cycle.
     pub fn advance(&mut self, around: &Surroundings<'_, T, NX, NU, NY>) {
         self.filter(around);

@@ -66,6 +66,9 @@ impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize> Surroundings<
 
     /// The expected input of cycle `tick`, after which `modes` are believed.
     pub(super) fn expected_input(&self, tick: Tick, modes: &Modes<'_, T, NU>) -> SVector<T, NU> {
+        if self.merging.is_linear() {
+            return modes.held;
+        }
         let possible = || {
             let inputs = modes.iter().map(|(age, probability)| (probability, self.applied(tick, age, modes)));
             inputs.filter_map(|(probability, input)| Some((probability, input?)))

@@ -10,9 +10,11 @@
 //! | `newest` | the same, given which packet is the newest that has arrived |
 //! | `arrivals` | the recursion that both come from, over packets that may yet arrive |
 //! | `under_way` | these packets |
+//! | `mean` | the expected inputs where no acknowledgement ever comes |
 
 mod arrivals;
 mod expected;
+mod mean;
 mod newest;
 mod under_way;
 
@@ -25,6 +27,7 @@ use crate::{
 use nalgebra::SVector;
 
 pub use arrivals::add_newer;
+pub use mean::Mean;
 
 /// The sequences sent in the last cycles, and one that may be sent next, in a ring that is lent.
 ///

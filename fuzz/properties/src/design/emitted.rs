@@ -13,7 +13,7 @@ const ORIGIN: &str = "fuzzed.toml";
 type Tables = Vec<u64>;
 
 pub(super) fn reads_back(report: &Report, emission: &Emission<'_>) {
-    let law = &report.solution.law;
+    let law = report.law();
     let computed: Vec<f64> =
         [law.lx.transpose().as_slice(), law.m.transpose().as_slice(), &law.arrival].concat();
     let scalar = report.design.controller.scalar;

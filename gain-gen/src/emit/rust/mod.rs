@@ -100,7 +100,7 @@ fn sizes(emission: &Emission<'_>) -> String {
             emission.design.acknowledgement_buffer(),
         ),
         ("Cycles the estimator remembers, the current one included.", "HISTORY", emission.design.history()),
-        ("Estimates that the estimator keeps at once.", "ESTIMATES", settings.estimator.estimates(length)),
+        ("Estimates that the estimator keeps at once.", "ESTIMATES", emission.merging().estimates(length)),
         (
             "Of how many of its last cycles each acknowledgement tells: hand it to `Actuator::acknowledgement`.",
             "ACKNOWLEDGED_CYCLES",
@@ -135,10 +135,11 @@ fn default_input(emission: &Emission<'_>) -> &'static str {
 }
 
 fn merging(emission: &Emission<'_>) -> &'static str {
-    match emission.design.controller.estimator {
+    match emission.merging() {
         Merging::Single => "slqg::estimator::Merging::Single",
         Merging::Imm => "slqg::estimator::Merging::Imm",
         Merging::Gpb2 => "slqg::estimator::Merging::Gpb2",
+        Merging::Linear => "slqg::estimator::Merging::Linear",
     }
 }
 
@@ -156,7 +157,7 @@ fn gains(emission: &Emission<'_>) -> Result<String, EmitError> {
 ///
 /// `Lx` is {rows} x {states}, `M` {rows} x {expected}, both by rows; `r` has {arrivals}.
 ///
-/// With the state known, second moments shrink by the factor {rate} per cycle,
+/// {known} second moments shrink by the factor {rate} per cycle,
 /// time constant {decay}; the long-run cost is {cost} per cycle.
 #[rustfmt::skip]
 #[allow(clippy::approx_constant)]
@@ -177,6 +178,11 @@ pub static GAINS: slqg::gains::Gains<'static, Scalar, STATES, INPUTS> =
         arrivals = counted(law.arrival.len(), "number"),
         rate = figure(emission.mean_square_rate),
         cost = figure(emission.control_cost),
+        known = if emission.unacknowledged.is_some() {
+            "In the loop with its filter,"
+        } else {
+            "With the state known,"
+        },
         default = default_input(emission),
         lx = Table { name: "Lx", scalar }.rows(&law.lx, 16)?,
         m = Table { name: "M", scalar }.rows(&law.m, 16)?,
@@ -191,12 +197,13 @@ fn model(emission: &Emission<'_>) -> Result<String, EmitError> {
     // A sensor whose variance rounds to zero would be perfect: the filter could not invert its innovation.
     plant.measurement_noise.diagonal().iter().try_for_each(|&variance| noise.nonzero(variance))?;
     let mean = DMatrix::from_column_slice(plant.states(), 1, plant.initial_mean.as_slice());
+    let process_noise = emission.process_noise();
     let mut fields = String::new();
     for (field, name, matrix) in [
         ("a", "plant: a", &plant.a),
         ("b", "plant: b", &plant.b),
         ("c", "plant.c", &plant.c),
-        ("process_noise", "plant.process_noise", &plant.process_noise),
+        ("process_noise", "plant.process_noise", &process_noise),
         ("measurement_noise", "plant.measurement_noise", &plant.measurement_noise),
         ("initial_mean", "plant.initial_mean", &mean),
         ("initial_covariance", "plant.initial_covariance", &plant.initial_covariance),
@@ -294,7 +301,7 @@ pub type Controller<'memory> = slqg::controller::Controller<'memory, Scalar, STA
 slqg::controller_memory! {{
     /// Memory of one controller of this design.
     pub struct Memory: Scalar, STATES, INPUTS, OUTPUTS;
-    slqg::controller::Sizes::of(SEQUENCE_LENGTH, HISTORY, ESTIMATES)
+    slqg::controller::Sizes::{memory}
 }}
 
 /// An actuator for this design; it is lent an [`ActuatorMemory`].
@@ -318,6 +325,10 @@ pub const ACTUATOR_MEMORY: ActuatorMemory =
         preview = optional("PREVIEW", emission.preview.is_some()),
         trigger = optional("TRIGGER", emission.trigger.is_some()),
         arrives_at_once = arrival.number(LoopProblem::of(emission.design).arrives_at_once())?,
+        memory = match emission.merging() {
+            Merging::Linear => "linear(SEQUENCE_LENGTH, HISTORY)",
+            Merging::Single | Merging::Imm | Merging::Gpb2 => "of(SEQUENCE_LENGTH, HISTORY, ESTIMATES)",
+        },
         merging = merging(emission),
         grid = optional("INPUT_GRID", emission.design.wire.counts_values()),
     ))

@@ -8,8 +8,7 @@ use nalgebra::DMatrix;
 pub(super) fn plausibility(emission: &Emission<'_>) -> Result<String, EmitError> {
     let safety = &emission.design.safety;
     let table = Table { name: "safety", scalar: emission.design.controller.scalar };
-    let (acknowledgement, merging) =
-        (&emission.design.network.acknowledgement, emission.design.controller.estimator);
+    let (acknowledgement, merging) = (&emission.design.network.acknowledgement, emission.merging());
     let gate = safety.threshold(acknowledgement, merging).map(|gate| table.number(gate)).transpose()?;
     let range = match &safety.range {
         None => "None".to_string(),

@@ -5,8 +5,9 @@ use crate::channels::ControlOnChannel;
 use crate::design::{Acknowledgement, Behaviour, Design, Link};
 use crate::estimation::{EstimationVerdict, OnChannel, Sight};
 use crate::saturation;
-use crate::solve::{LoopProblem, Outcome, Solution};
+use crate::solve::{LoopProblem, Outcome, Solution, Unacknowledged};
 use crate::stability::{self, Growth, growth};
+use slqg::estimator::Merging;
 
 /// Keys of the links in the design file.
 const ACTUATOR: &str = "network.controller_to_actuator";
@@ -23,6 +24,8 @@ pub(crate) fn failed(
     sight: Sight,
     on_channel: Option<ControlOnChannel>,
     critical: Option<usize>,
+    unacknowledged: Option<&Unacknowledged>,
+    shortest: impl FnOnce() -> Option<usize>,
 ) -> Vec<FailedCondition> {
     let network = &design.network;
     let control = control(problem, solution, critical)
@@ -31,7 +34,7 @@ pub(crate) fn failed(
         control,
         estimation(design, sight),
         rounding(solution, emitted_rate),
-        acknowledgement(design),
+        acknowledgement(design, solution, unacknowledged, shortest),
         control_dependence(design, on_channel),
         sensor_dependence(design),
         limits(design, solution),
@@ -99,7 +102,21 @@ fn rounding(solution: &Solution, rate: f64) -> Option<FailedCondition> {
     (solution.is_stabilising() && !is_stable).then_some(FailedCondition::Rounded { rate })
 }
 
-fn acknowledgement(design: &Design) -> Option<FailedCondition> {
+fn acknowledgement(
+    design: &Design,
+    solution: &Solution,
+    unacknowledged: Option<&Unacknowledged>,
+    shortest: impl FnOnce() -> Option<usize>,
+) -> Option<FailedCondition> {
+    if design.estimator() == Merging::Linear {
+        return match unacknowledged {
+            Some(found) if found.is_exact => None,
+            Some(found) => Some(FailedCondition::HeardLate { hears: found.hears }),
+            // Of a loop that is unstable in any case that is told already.
+            None if solution.is_stabilising() => Some(FailedCondition::NoLinearLaw { shortest: shortest() }),
+            None => None,
+        };
+    }
     let in_time = match &design.network.acknowledgement {
         Acknowledgement::Instant => 1.0,
         Acknowledgement::None => 0.0,
@@ -147,7 +164,9 @@ fn limits(design: &Design, solution: &Solution) -> Option<FailedCondition> {
         return None;
     }
     let reason = match (growth, solution.is_stabilising()) {
-        (Growth::OnTheLimit, true) => Some(saturation::pushed_back(design, &solution.law).err()?),
+        (Growth::OnTheLimit, true) if design.estimator() != Merging::Linear => {
+            Some(saturation::pushed_back(design, &solution.law).err()?)
+        }
         _ => None,
     };
     let modulus = stability::open_loop_modulus(&design.plant.a);

@@ -72,6 +72,16 @@ pub enum FailedCondition {
         /// Probability that an acknowledgement is there before the next cycle; 0 where there are none.
         in_time: f64,
     },
+    /// Without acknowledgements no law was found that keeps second moments bounded.
+    NoLinearLaw {
+        /// The shortest length for which one was.
+        shortest: Option<usize>,
+    },
+    /// Without acknowledgements: measurements come late or not at all, and not as the rate takes it.
+    HeardLate {
+        /// Probability that the newest measurement, and all before, are taken to be known.
+        hears: f64,
+    },
     /// Packets on a link are not independent, and what that does to the loop is not known.
     Dependent {
         /// The link's key in the design file.
@@ -139,6 +149,8 @@ impl FailedCondition {
             Self::Undecided { .. }
             | Self::ErrorOpen { .. }
             | Self::Unacknowledged { .. }
+            | Self::NoLinearLaw { .. }
+            | Self::HeardLate { .. }
             | Self::Dependent { .. }
             | Self::Averaged { .. }
             | Self::Limited { .. } => true,
@@ -169,6 +181,8 @@ impl FailedCondition {
             self,
             Self::Rounded { .. }
                 | Self::Unacknowledged { .. }
+                | Self::NoLinearLaw { .. }
+                | Self::HeardLate { .. }
                 | Self::Dependent { .. }
                 | Self::OnChannel { .. }
                 | Self::Limited { .. }
@@ -178,7 +192,7 @@ impl FailedCondition {
     /// Whether no gains came out, so that there is no loop to be written.
     pub(super) fn leaves_no_gains(&self) -> bool {
         match self {
-            Self::RunsDry { .. } | Self::NoFixedPoint { .. } => true,
+            Self::RunsDry { .. } | Self::NoFixedPoint { .. } | Self::NoLinearLaw { .. } => true,
             Self::Averaged { condition, .. } => condition.leaves_no_gains(),
             _ => false,
         }

@@ -2,6 +2,7 @@
 
 use super::{FailedCondition, NotKnown};
 use crate::report::figure::{figure, percent};
+use crate::solve::LONGEST_TRIED;
 use crate::stability::Growth;
 use core::fmt::{self, Display, Formatter};
 
@@ -85,6 +86,25 @@ impl Display for FailedCondition {
                      with instant acknowledgements; host-sim run shows the loop as it is",
                 )
             }
+            Self::NoLinearLaw { shortest } => {
+                f.write_str(
+                    "network.acknowledgement: without any, no law was found that keeps second moments bounded; ",
+                )?;
+                match shortest {
+                    Some(length) => write!(f, "the shortest length for which one was found is N = {length}"),
+                    None => write!(f, "none was found for any longer one up to {LONGEST_TRIED} either"),
+                }?;
+                f.write_str(
+                    ". With controller.estimator = \"single\" the law for known ages runs all the same",
+                )
+            }
+            Self::HeardLate { hears } => write!(
+                f,
+                "network.sensor_to_controller: measurements come late or not at all. Without acknowledgements rate and cost \
+                 are those of a loop that in each cycle hears of all of them with probability {}, and of none otherwise: as \
+                 late in the mean as over this link, and not the same; host-sim run shows the loop as it is",
+                figure(*hears)
+            ),
             Self::Dependent { key, reason } => {
                 write!(f, "{key}: packets on this link are not independent of each other: {reason}. ")?;
                 f.write_str(

@@ -16,7 +16,7 @@ use crate::warnings::Warning;
 use margins::MarginFigures;
 use mode_gains::Spelled;
 use nalgebra::DMatrix;
-use optional::{Channel, Event, OnChannels, Task, Tracking, Wire};
+use optional::{Channel, Event, OnChannels, Task, Tracking, UnacknowledgedFigures, Wire};
 use serde::Serialize;
 use std::io::{self, Write};
 
@@ -79,7 +79,7 @@ pub(crate) struct Document<'r> {
     tracking: Option<Tracking>,
     /// Null without `[event]`.
     event: Option<Event>,
-    /// `single`, `imm` or `gpb2`.
+    /// `single`, `imm`, `gpb2` or `linear`.
     estimator: &'static str,
     /// Null where nothing is acknowledged.
     acknowledged_cycles: Option<usize>,
@@ -88,6 +88,9 @@ pub(crate) struct Document<'r> {
     /// Only on CAN.
     #[serde(skip_serializing_if = "Option::is_none")]
     wire: Option<Wire>,
+    /// Only without acknowledgements, by the linear estimator.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    unacknowledged: Option<UnacknowledgedFigures>,
 }
 
 /// [`AppliedInput`]; null: no bounds are known.
@@ -153,7 +156,7 @@ impl LimitFigures {
 
 impl<'r> Document<'r> {
     pub(crate) fn of(report: &'r Report, mode_gains: ModeGains) -> Self {
-        let (solution, law, network) = (&report.solution, &report.solution.law, &report.design.network);
+        let (solution, law, network) = (&report.solution, report.law(), &report.design.network);
         Self {
             name: &report.design.name,
             sequence_length: law.length,
@@ -163,12 +166,12 @@ impl<'r> Document<'r> {
             iterations: solution.iterations,
             residual: solution.residual,
             transition_matrix: rows(&report.transition_matrix),
-            mean_square_rate: solution.mean_square_rate,
+            mean_square_rate: report.mean_square_rate(),
             control_cost: report.control_cost(),
             lx: rows(&law.lx),
             m: rows(&law.m),
             r: rows(&law.arrival_matrix()),
-            gains: Spelled::of(solution, mode_gains),
+            gains: report.unacknowledged.is_none().then(|| Spelled::of(solution, mode_gains)).flatten(),
             cost_to_go: rows(&solution.cost_to_go),
             n_min: report.n_min,
             n_crit: report.n_crit,
@@ -207,11 +210,12 @@ impl<'r> Document<'r> {
             task: Task::of(report),
             tracking: Tracking::of(report),
             event: Event::of(report),
-            estimator: report.design.controller.estimator.name(),
+            estimator: report.design.estimator().name(),
             acknowledged_cycles: (network.acknowledgement != Acknowledgement::None)
                 .then_some(network.acknowledged_cycles),
             warnings: report.warnings.iter().map(Warning::within_file).collect(),
             wire: Wire::of(report),
+            unacknowledged: report.unacknowledged.as_ref().map(UnacknowledgedFigures::of),
         }
     }
 }

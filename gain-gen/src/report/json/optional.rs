@@ -6,6 +6,7 @@
 //! | `task` | the laws of a task of finite length, when asked for |
 //! | `tracking` | a design with `[tracking]` |
 //! | `event` | a design with `[event]` |
+//! | `unacknowledged` | a design without acknowledgements and with the linear estimator |
 //! | `wire` | a design with `[wire]` whose frames travel on CAN |
 //!
 //! Symmetric matrices of the trigger are rows of their upper triangle: the first row is whole, the last one number.
@@ -14,9 +15,41 @@ use super::Report;
 use crate::channels::ControlOnChannel;
 use crate::design::{Authentication, Steps, WireSettings};
 use crate::json::{Rows, rows, triangles};
-use crate::solve::{Law, Outcome};
+use crate::solve::{Law, Outcome, Unacknowledged};
 use nalgebra::DMatrix;
 use serde::Serialize;
+
+/// A loop without acknowledgements; [`crate::solve::Unacknowledged`].
+#[derive(Serialize)]
+pub(super) struct UnacknowledgedFigures {
+    /// Long-run cost per step of the loop with its filter.
+    cost: f64,
+    mean_square_rate: f64,
+    /// Whether cost and rate are those of the loop as it runs: every measurement comes at once.
+    is_exact: bool,
+    /// Whether the cost is the least that a law has with this filter; if not, it is close to that.
+    is_least: bool,
+    /// Probability that the controller hears of the newest measurement, and all before.
+    hears: f64,
+    /// Covariance of the input about its mean, `nu x nu`.
+    input_covariance: Rows,
+    /// `nx x ny`.
+    filter_gain: Rows,
+}
+
+impl UnacknowledgedFigures {
+    pub(super) fn of(found: &Unacknowledged) -> Self {
+        Self {
+            cost: found.cost,
+            mean_square_rate: found.rate,
+            is_exact: found.is_exact,
+            is_least: found.is_least,
+            hears: found.hears,
+            input_covariance: rows(&found.input_covariance),
+            filter_gain: rows(&found.filter_gain),
+        }
+    }
+}
 
 /// Designs for a link whose quality comes and goes, on its true chain.
 #[derive(Serialize)]

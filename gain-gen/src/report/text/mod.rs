@@ -37,6 +37,7 @@ impl Display for Report {
         if self.solution.is_stabilising() && self.verdict() != Verdict::Unstable {
             self.closed_loop(f)?;
             self.estimation(f)?;
+            self.unacknowledged(f)?;
             self.tracking(f)?;
             self.event(f)?;
             self.wire(f)?;
@@ -125,11 +126,17 @@ impl Report {
     }
 
     fn closed_loop(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        let sending = if self.trigger.is_some() { ", a packet sent in every step" } else { "" };
+        let sending = if self.trigger.is_some() {
+            ", a packet sent in every step"
+        } else if self.unacknowledged.is_some() {
+            " and acknowledged: nothing does better without"
+        } else {
+            ""
+        };
         writeln!(f, "\nClosed loop, state known{sending}")?;
         let rate = figure(self.solution.mean_square_rate);
         line(f, "mean-square rate", format!("{rate:<12}per step: second moments shrink by this factor"))?;
-        if let Some(steps) = self.time_constant() {
+        if let Some(steps) = self.time_constant().filter(|_| self.unacknowledged.is_none()) {
             line(f, "time constant", format!("{}, of the second moments", self.steps(steps)))?;
         }
         line(f, "long-run cost", format!("{:<12}per step, tr(P W)", figure(self.control_cost())))?;
@@ -186,9 +193,9 @@ impl Report {
                 format!("mean delay {mean}, {lost} lost, {cycles} in each")
             }
         };
-        let estimator = self.design.controller.estimator.name();
+        let estimator = self.design.estimator().name();
         line(f, "acknowledgement", format!("{told}; estimator {estimator}"))?;
-        if network.acknowledgement == Acknowledgement::Instant {
+        if network.acknowledgement == Acknowledgement::Instant || self.unacknowledged.is_some() {
             return Ok(());
         }
         line(
@@ -204,7 +211,7 @@ impl Report {
             DeviceScalar::F32 => size_of::<f32>(),
             DeviceScalar::F64 => size_of::<f64>(),
         };
-        let law = &self.solution.law;
+        let law = self.law();
         let size = |floats: usize| format!("{} numbers, {} bytes", grouped(floats), grouped(floats * bytes));
         writeln!(f, "\nTables on the device, {}", scalar.name())?;
         let rate = match scalar {
@@ -222,7 +229,7 @@ impl Report {
     }
 
     fn state_gain(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        let law = &self.solution.law;
+        let law = self.law();
         if law.lx.nrows() > SMALL.0 || law.lx.ncols() > SMALL.1 {
             return Ok(());
         }

@@ -18,6 +18,34 @@ impl Report {
         self.warnings.iter().try_for_each(|warning| writeln!(f, "  {}", warning.within_file()))
     }
 
+    pub(super) fn unacknowledged(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let Some(found) = &self.unacknowledged else { return Ok(()) };
+        writeln!(f, "\nWithout acknowledgements, estimation included")?;
+        let rate = figure(found.rate);
+        line(f, "mean-square rate", format!("{rate:<12}per step: second moments shrink by this factor"))?;
+        let how = match (found.is_exact, found.is_least) {
+            (true, true) => "per step, exact; no law in xhat and vbar does better",
+            (true, false) => "per step, exact; nearly the least",
+            (false, true) => "per step, measurements as below; no law in xhat and vbar does better",
+            (false, false) => "per step, measurements as below; nearly the least",
+        };
+        line(f, "long-run cost", format!("{:<12}{how}", figure(found.cost)))?;
+        if !found.is_exact {
+            let heard = "probability to hear of all measurements so far, in each step";
+            line(f, "measurements", format!("{:<12}{heard}", figure(found.hears)))?;
+        }
+        for (input, variance) in found.input_covariance.diagonal().iter().enumerate() {
+            let what = format!("input {}", input + 1);
+            let deviation = figure(variance.max(0.0).sqrt());
+            line(
+                f,
+                &what,
+                format!("{deviation:<12}standard deviation of what is applied from what is expected"),
+            )?;
+        }
+        Ok(())
+    }
+
     pub(super) fn tracking(&self, f: &mut Formatter<'_>) -> fmt::Result {
         let (Some(tracking), Some(preview)) = (&self.design.tracking, &self.preview) else { return Ok(()) };
         let outputs = counted(tracking.outputs(), "output");

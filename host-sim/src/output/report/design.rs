@@ -70,10 +70,13 @@ fn facts(design: &Design, report: &Report) -> Vec<(&'static str, String)> {
         ("Acknowledgement", acknowledgement(design)),
         (
             "Estimator",
-            match settings.estimator {
+            match design.estimator() {
                 Merging::Single => "single: one filter, told mean and covariance of the input",
                 Merging::Imm => "imm: keeps the age in the last cycle apart",
                 Merging::Gpb2 => "gpb2: keeps the ages in the last two cycles apart",
+                Merging::Linear => {
+                    "linear: one filter, told the mean of the input; gains that know it is uncertain"
+                }
             }
             .into(),
         ),
