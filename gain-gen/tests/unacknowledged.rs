@@ -177,7 +177,7 @@ fn simulated(design: &Design, found: &Unacknowledged, cycles: usize, seed: u64) 
         cost += state.dot(&(&problem.q * &state)) + input.dot(&(&problem.r * &input));
         let first = sequence.rows(0, inputs);
         let before = if flight > 0 { expected.column(0).into_owned() } else { DVector::zeros(inputs) };
-        let mean = &first * arrived(0) + before * (1.0 - arrived(0));
+        let mean = first * arrived(0) + before * (1.0 - arrived(0));
         let shifted = DMatrix::from_fn(inputs, flight, |input, m| {
             let holds = problem.default_input == DefaultInput::Hold;
             let older = if m + 1 < flight {

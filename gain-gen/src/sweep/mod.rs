@@ -113,7 +113,7 @@ fn figures(design: &Design, problem: &LoopProblem, sight: Sight) -> LengthFigure
     };
     let on_channel = channels::control(design, problem, &solution);
     let conditions =
-        failed(design, problem, &solution, emitted_rate, sight, on_channel, None, found, || None);
+        failed(design, problem, (&solution, found), emitted_rate, sight, on_channel, (None, || None));
     LengthFigures {
         sequence_length: problem.length,
         default_input: problem.default_input,

@@ -179,7 +179,7 @@ impl<'m, T: Scalar, const NX: usize, const NU: usize, const NY: usize> Remembere
         estimates: &'m mut [Estimate<T, NX>],
     ) -> Option<Self> {
         let estimates = estimates.get_mut(..cycles.len())?;
-        (cycles.len() > 2).then(|| Self { cycles, ages: &mut [], likely: 0, estimates, kept: 1 })
+        (cycles.len() > 2).then_some(Self { cycles, ages: &mut [], likely: 0, estimates, kept: 1 })
     }
 
     /// What is believed in the cycle at `place`; `None` before it is filtered for the first time.

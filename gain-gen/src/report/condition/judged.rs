@@ -19,13 +19,11 @@ const CLEAR: f64 = 1e-7;
 pub(crate) fn failed(
     design: &Design,
     problem: &LoopProblem,
-    solution: &Solution,
+    (solution, unacknowledged): (&Solution, Option<&Unacknowledged>),
     emitted_rate: f64,
     sight: Sight,
     on_channel: Option<ControlOnChannel>,
-    critical: Option<usize>,
-    unacknowledged: Option<&Unacknowledged>,
-    shortest: impl FnOnce() -> Option<usize>,
+    (critical, shortest): (Option<usize>, impl FnOnce() -> Option<usize>),
 ) -> Vec<FailedCondition> {
     let network = &design.network;
     let control = control(problem, solution, critical)

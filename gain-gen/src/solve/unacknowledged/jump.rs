@@ -77,10 +77,10 @@ impl<'d> Jump<'d> {
         let errors = if hears_all { 1 } else { 2 };
         let size = (1 + errors) * states + 2 * flight;
         let unit = DMatrix::<f64>::identity(size, size);
-        let (state, error) = (unit.rows(0, states), unit.rows(states, states));
-        let behind = unit.rows(errors * states, states);
+        let rows = |first: usize, count: usize| unit.rows(first, count).into_owned();
+        let (state, error, behind) = (rows(0, states), rows(states, states), rows(errors * states, states));
         let (flying, expected) =
-            (unit.rows((1 + errors) * states, flight), unit.rows((1 + errors) * states + flight, flight));
+            (rows((1 + errors) * states, flight), rows((1 + errors) * states + flight, flight));
         let missing = 1.0 - sent.at_once;
         let weights = sent.weights();
         let still = &sent.shift - &weights * &sent.shift;
@@ -90,7 +90,7 @@ impl<'d> Jump<'d> {
         let heard = [(data.hears, true), (1.0 - data.hears, false)];
         let heard =
             heard.into_iter().filter(|(probability, _)| *probability > 0.0).map(|(probability, all)| {
-                let left = if all { corrected.clone() } else { behind.clone_owned() };
+                let left = if all { corrected.clone() } else { behind.clone() };
                 let left_noise = if all { -gain } else { DMatrix::zeros(states, outputs) };
                 let mut early = DMatrix::zeros(size, size);
                 let mut late = early.clone();

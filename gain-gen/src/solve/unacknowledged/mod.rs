@@ -91,11 +91,11 @@ pub fn unacknowledged(
     let settings = &design.controller;
     let mut data = data(design, problem, coordinates);
     let is_exact = data.hears >= 1.0;
-    let mut first = settle(&data, None, |jump, law| certain(jump, law));
+    let mut first = settle(&data, None, certain);
     if first.is_none() && !is_exact {
         // What measurements that come together are late by is more than what these are: so is what is asked of the law.
         data.hears = 1.0;
-        first = settle(&data, None, |jump, law| certain(jump, law));
+        first = settle(&data, None, certain);
     }
     let first = first?;
     let rate_of = |settled: &Settled| Jump::new(&data, &settled.gain).rate(&settled.law);
