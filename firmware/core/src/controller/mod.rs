@@ -184,14 +184,14 @@ impl<'m, T: Scalar, const NX: usize, const NU: usize, const NY: usize> Controlle
         let (expected, rest) = rest.split_at_mut(length);
         let (feedforward, rest) = rest.split_at_mut(length);
         let (displaced, rest) = rest.split_at_mut(length);
-        let (room, rest) = rest.split_at_mut(length);
+        let (room, rest) = rest.split_at_mut(length.min(rest.len()));
         let of_mean = if design.merging.is_linear() { length } else { 0 };
         let sent = sent.get_mut(..needed.sent).unwrap_or_default();
         feedforward.fill(SVector::zeros());
         Ok(Self {
             filter: ModeFilter::new(design.model, design.measurement_buffer, tick, remembered),
             in_flight: InFlight::new(length, tick, sent, inputs),
-            mean: Mean::new(rest.get_mut(..of_mean).unwrap_or_default()),
+            mean: Mean::new(if of_mean > 0 { rest.get_mut(..of_mean).unwrap_or_default() } else { &mut [] }),
             expected,
             feedforward,
             is_fed_forward: false,
@@ -220,7 +220,9 @@ impl<'m, T: Scalar, const NX: usize, const NU: usize, const NY: usize> Controlle
         }
         self.filter.restart(design.model, design.measurement_buffer, tick);
         self.in_flight.restart(tick);
-        self.mean.restart();
+        if design.merging.is_linear() {
+            self.mean.restart();
+        }
         self.forget_reference();
         (self.is_proposed, self.rounds_age, self.counts) = (false, false, Counts::default());
         (self.watch, self.last) = (Watch::NEW, Last::default());
