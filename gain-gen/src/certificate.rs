@@ -48,6 +48,12 @@ pub enum NotCertified {
         /// Mean-square rate, per step.
         rate: f64,
     },
+    /// The law is one for a loop without acknowledgements, and what would prove its rate is not written yet.
+    #[error(
+        "no certificate: there are no acknowledgements, and of the law that is made for that there is none; the report has its rate, \
+         and with controller.estimator = \"single\" the law for known ages has a certificate"
+    )]
+    Unacknowledged,
     /// No matrices were found that pass the check; the loop is too close to the limit of stability.
     #[error("no certificate: with a mean-square rate of {} the matrices found fail the check: {reason}", figure(*rate))]
     OutOfReach {

@@ -7,6 +7,7 @@
 use crate::design::{Behaviour, DelayDistribution, Design, Link, MarkovLink};
 use crate::solve::{ClosedLoop, LoopProblem, ModeChain, Solution, modes};
 use crate::units::Units;
+use slqg::estimator::Merging;
 
 /// Multiplications of one step over all modes up to which their rate is computed.
 const MOST_WORK: usize = 20_000_000;
@@ -63,7 +64,8 @@ pub(crate) fn control(
     solution: &Solution,
 ) -> Option<ControlOnChannel> {
     let channel = channel(&design.network.controller_to_actuator)?;
-    if !solution.is_stabilising() {
+    // Of the linear estimator's law it is not known.
+    if !solution.is_stabilising() || design.estimator() == Merging::Linear {
         return None;
     }
     let units = Units::of(&design.plant);

@@ -258,7 +258,7 @@ fn ages_are_kept_apart_where_the_design_says_so() {
 fn the_linear_estimator_goes_without_acknowledgements_only() {
     let linear = "controller.estimator = \"linear\"\n";
     for (more, found) in [
-        ("", "found \"linear\" beside acknowledgements, of which it takes no notice"),
+        ("", "found \"linear\" beside acknowledgements; it takes no notice of them"),
         ("network.acknowledgement = \"none\"\nevent.send_cost = 1\n", "found \"linear\" beside [event]"),
         (
             "network.acknowledgement = \"none\"\ntracking = { z = [[1]] }\n",

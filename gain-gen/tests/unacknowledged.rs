@@ -2,12 +2,14 @@
 //! and properties that must hold.
 
 use gain_gen::design::{Design, Link};
+use gain_gen::emit::{Format, Output, emit};
 use gain_gen::report::{Report, Verdict};
 use gain_gen::solve::{LoopProblem, Method, Unacknowledged, solve, unacknowledged};
 use nalgebra::{DMatrix, DVector};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{RngCore, SeedableRng};
 use slqg::DefaultInput;
+use std::path::Path;
 
 /// The most that a cost may be above the reference: that has a filter of its own, this one that of the device.
 const ABOVE: f64 = 2e-5;
@@ -306,4 +308,52 @@ fn the_first_derivative_of_the_cost_vanishes() {
         assert!(slope.abs() < 1e-6 * level.max(1.0) * 10.0, "{slope}");
         assert!(cost(0.02) > level && cost(-0.02) > level);
     }
+}
+
+#[test]
+fn what_is_not_known_of_the_law_is_refused_or_told_with_a_reason() {
+    let design = of_reference(&reference()[1]);
+    let mut report = Report::new(&design, Method::InFlight);
+    report.find_margins();
+    assert_eq!(report.margins, None);
+    let text = report.to_string();
+    assert!(text.contains("not given           they are not known of a law"), "{text}");
+    assert!(report.to_json().contains("\"margins_not_given\": \"they are not known"), "{}", report.to_json());
+    let refused = report.certify().expect_err("none is known").to_string();
+    assert!(refused.contains("controller.estimator = \"single\""), "{refused}");
+
+    let header = Output::c(Path::new("law.h")).expect("a name");
+    let refused =
+        header.files(&report.emission().expect("stable"), "case.toml").expect_err("no ages").to_string();
+    assert!(refused.contains("the mean of the inputs in place of ages would be missing"), "{refused}");
+}
+
+#[test]
+fn packets_that_depend_on_each_other_leave_it_open() {
+    let bursts = "{ gilbert_elliott = { to_bad = 0.1, to_good = 0.5, good = [0.9], bad = [0.2] } }";
+    let text = drawn(3);
+    let link = text.lines().find(|line| line.starts_with("controller_to_actuator")).expect("a link");
+    let design = parsed(&text.replace(link, &format!("controller_to_actuator = {bursts}")));
+    let report = Report::new(&design, Method::InFlight);
+    assert_eq!((report.verdict(), report.on_channel), (Verdict::Undecided, None));
+    let sentence = report.failed_conditions[0].to_string();
+    assert!(sentence.contains("the law without acknowledgements takes them as if they were"), "{sentence}");
+}
+
+#[test]
+fn a_task_has_gains_for_known_ages_and_the_filter_that_goes_with_them() {
+    let design = of_reference(&reference()[1]);
+    let mut report = Report::new(&design, Method::InFlight);
+    let linear = emit(&report.emission().expect("stable"), "case.toml", Format::Rust).expect("source");
+    report.find_task(5).expect("a task");
+    let task = emit(&report.emission().expect("a task"), "case.toml", Format::Rust).expect("source");
+    for (source, merging, sizes) in [(&linear, "Linear", "linear"), (&task, "Single", "of")] {
+        assert!(source.contains(&format!("merging: slqg::estimator::Merging::{merging}")), "{source}");
+        assert!(source.contains(&format!("slqg::controller::Sizes::{sizes}(")), "{source}");
+    }
+    let noise = |source: &str| {
+        let (_, rest) = source.split_once("process_noise: ").expect("a model");
+        rest.split_once("measurement_noise").expect("more of it").0.to_owned()
+    };
+    assert_ne!(noise(&linear), noise(&task), "the spread of the input is in one of them");
 }

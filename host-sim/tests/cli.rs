@@ -343,3 +343,16 @@ fn losses_per_hour_foretell_how_many_of_longer_runs_are_lost() {
     let diverged = number(&long["diverged"]) / 400.0;
     assert!(diverged <= found && found - diverged < 0.05, "{found} {diverged}");
 }
+
+#[test]
+fn a_linear_estimator_that_does_not_go_with_the_acknowledgements_is_refused() {
+    let refused = run("double_integrator.toml", &["--estimator", "linear"]).output().expect("it runs");
+    let told = String::from_utf8_lossy(&refused.stderr);
+    assert_eq!(refused.status.code(), Some(2), "{told}");
+    assert!(
+        told.contains("controller.estimator: found \"linear\" beside acknowledgements; it takes no"),
+        "{told}"
+    );
+    let none = ["--estimator", "linear", "--acknowledgement", "none"];
+    assert_eq!(run("double_integrator.toml", &none).output().expect("it runs").status.code(), Some(0));
+}

@@ -91,7 +91,7 @@ pub(crate) fn build(workspace: &Workspace, options: &Options) -> Result<Built> {
     if let Some(design) = &options.design {
         // Where it is not needed after all, it is a little code more.
         let text = std::fs::read_to_string(design).unwrap_or_default();
-        let is_silent = |line: &str| line.contains("acknowledgement") && line.contains("\"none\"");
+        let is_silent = |line: &str| line.contains("acknowledgement") && line.contains("none");
         if text.lines().any(is_silent) {
             command.args(["--features", "linear"]);
         }

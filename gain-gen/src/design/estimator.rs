@@ -1,52 +1,71 @@
-//! Which estimator a design gets, and which do not go with it.
+//! Which estimator a design gets, and what does not go with the linear one.
 
 use super::document::Section;
 use super::{Acknowledgement, Design, DesignError};
-use slqg::estimator::Merging;
+use slqg::estimator::{MOST_STATES, Merging};
+
+/// Why a design cannot have the linear estimator, and the law that goes with it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("found \"linear\" beside {beside}; {advice}")]
+pub struct NotLinear {
+    /// What does not go with it.
+    pub beside: &'static str,
+    /// Why not, and what to do.
+    pub advice: &'static str,
+}
 
 impl Design {
     /// What the estimator keeps apart while no acknowledgement decides: what the design says, and otherwise what suits its
     /// acknowledgements best.
+    ///
+    /// Where a linear one does not go with the rest ([`Design::check_linear`]) that is [`Merging::Single`].
     pub fn estimator(&self) -> Merging {
         match self.controller.estimator {
-            // As the command line may have changed the acknowledgements since.
-            Some(Merging::Linear) if self.against_linear().is_some() => Merging::Single,
-            Some(given) => given,
+            Some(given) if given != Merging::Linear => given,
             // The least cost, no heavy tail, and the cheapest: docs/evaluation.md.
-            None if self.against_linear().is_none() => Merging::Linear,
+            _ if self.check_linear().is_ok() => Merging::Linear,
             // The cheapest of those that go with late acknowledgements.
-            None => Merging::Single,
+            _ => Merging::Single,
         }
     }
 
-    /// What of the design does not go with the linear estimator and its law, if anything.
-    fn against_linear(&self) -> Option<&'static str> {
+    /// Nothing if the linear estimator goes with the design, otherwise what does not.
+    ///
+    /// # Errors
+    /// Acknowledgements come, a reference is followed, packets have a price, inputs have rates, or no device runs the filter.
+    pub fn check_linear(&self) -> Result<(), NotLinear> {
+        let not = |beside, advice| Err(NotLinear { beside, advice });
         if self.network.acknowledgement != Acknowledgement::None {
-            return Some(
-                "acknowledgements, of which it takes no notice: give network.acknowledgement = \"none\"",
+            return not(
+                "acknowledgements",
+                "it takes no notice of them: give network.acknowledgement = \"none\", or choose \"single\"",
             );
         }
         if self.tracking.is_some() {
-            return Some("[tracking]: its feedforward is for a law that knows the age; choose \"single\"");
+            return not("[tracking]", "its feedforward is for a law that knows the age: choose \"single\"");
         }
         if self.event.is_some() {
-            return Some("[event]: the trigger weighs ages; choose \"single\"");
+            return not("[event]", "its trigger weighs ages: choose \"single\"");
         }
-        if self.plant.states() > slqg::estimator::MOST_STATES {
-            return Some("a plant of more than 32 states: no device runs its filter; choose \"single\"");
+        if self.controller.input_rates.is_some() {
+            return not("controller.input_rates", "it knows the mean of an input only: choose \"single\"");
         }
-        let rates = "controller.input_rates: it knows the mean of an input only; choose \"single\"";
-        self.controller.input_rates.is_some().then_some(rates)
+        match self.plant.states() {
+            ..=MOST_STATES => Ok(()),
+            _ => not(
+                "more than 32 states",
+                "no device runs its filter: reduce the model, or choose \"single\"",
+            ),
+        }
     }
 
-    /// Rejects a linear estimator that does not go with the rest.
+    /// Rejects a linear estimator that is asked for and does not go with the rest.
     pub(super) fn check_estimator(&self, root: &Section<'_>) -> Result<(), DesignError> {
-        match self.against_linear() {
-            Some(against) if self.controller.estimator == Some(Merging::Linear) => Err(root.reject(
-                "controller.estimator",
-                format!("found \"linear\" beside {}", against.split(": ").next().unwrap_or(against)),
-                against.split(": ").last().unwrap_or(against).into(),
-            )),
+        match self.check_linear() {
+            Err(NotLinear { beside, advice }) if self.controller.estimator == Some(Merging::Linear) => {
+                let found = format!("found \"linear\" beside {beside}");
+                Err(root.reject("controller.estimator", found, advice.into()))
+            }
             _ => Ok(()),
         }
     }

@@ -36,6 +36,7 @@ mod wire;
 pub use controller::{ControllerSettings, DeviceScalar, LONGEST_SEQUENCE};
 pub use cost::Cost;
 pub use error::DesignError;
+pub use estimator::NotLinear;
 pub use event::Event;
 pub use length_choice::{LengthChoice, LongSequences};
 pub use network::{Acknowledgement, Network};

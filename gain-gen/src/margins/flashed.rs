@@ -54,6 +54,9 @@ pub enum NotGiven {
         "acknowledgements are not instant, so what the filter knows of the inputs applied depends on the inputs themselves"
     )]
     Acknowledgement,
+    /// The law is one for a loop without acknowledgements.
+    #[error("they are not known of a law that is made for a loop without acknowledgements")]
+    Unacknowledged,
     /// Packets are not sent in every cycle.
     #[error("with an event trigger what is sent depends on the estimate")]
     EventTrigger,

@@ -43,10 +43,11 @@ impl Report {
             self.require_preview()?;
         }
         let goes_on = self.task.is_none();
+        let unacknowledged = self.unacknowledged.as_ref().filter(|_| goes_on);
         Ok(Emission {
             design: &self.design,
-            law: self.law(),
-            unacknowledged: self.unacknowledged.as_ref().filter(|_| goes_on),
+            law: unacknowledged.map_or(&self.solution.law, |found| &found.law),
+            unacknowledged,
             preview: self.preview.as_ref().and_then(|gains| gains.as_ref().ok()).filter(|_| goes_on),
             trigger: self.trigger.as_ref().filter(|_| goes_on),
             task: self.task.as_ref().map(|gains| TaskGains {
@@ -57,10 +58,7 @@ impl Report {
             standing: self.standing(),
             mean_square_rate: self.mean_square_rate(),
             time_constant: self.time_constant(),
-            control_cost: self
-                .unacknowledged
-                .as_ref()
-                .map_or_else(|| self.control_cost(), |found| found.cost),
+            control_cost: unacknowledged.map_or_else(|| self.control_cost(), |found| found.cost),
             figures: self,
         })
     }

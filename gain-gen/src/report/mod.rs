@@ -19,11 +19,11 @@ use crate::channels;
 use crate::design::Design;
 use crate::estimation::Estimation;
 use crate::figure;
-use crate::margins::{Margins, margins};
+use crate::margins::{Margins, NotGiven, margins};
 use crate::solve::{
     FiniteHorizon, Law, LoopProblem, Method, Outcome, PreviewGains, PreviewTooLong, Solution, Start,
-    TriggerTables, Unacknowledged, age_transitions, applied_costs, critical_length, shortest_unacknowledged,
-    trigger_tables, unacknowledged,
+    TriggerTables, Unacknowledged, age_transitions, applied_costs, critical_length, emitted_rate, if_linear,
+    shortest_unacknowledged, trigger_tables,
 };
 use crate::stability;
 use crate::warnings::{self, Warning};
@@ -80,6 +80,8 @@ pub struct Report {
     pub task: Option<FiniteHorizon>,
     /// Distances to instability; `None` before [`Report::find_margins`] and for a loop that has not [`Report::converged`].
     pub margins: Option<Margins>,
+    /// Why there are none although [`Report::find_margins`] looked for them.
+    pub margins_not_given: Option<NotGiven>,
     /// Designs for a link whose quality comes and goes; `None` before [`Report::find_channel`] and for other links.
     pub channel: Option<ChannelDesigns>,
     /// The loop on the channel of the link to the actuator, where its packets are not independent and that is known.
@@ -107,15 +109,8 @@ impl Report {
         let in_flight = needs_more.then(|| start.solve(Method::InFlight));
         let steady = in_flight.as_ref().unwrap_or(&solution);
         let estimation = Estimation::of(design, &solution);
-        let is_linear = design.estimator() == Merging::Linear;
-        let unacknowledged = if is_linear { unacknowledged(design, &problem, &solution) } else { None };
-        let emitted_rate = match solution.is_stabilising() {
-            _ if is_linear => {
-                unacknowledged.as_ref().map_or(solution.mean_square_rate, |found| found.emitted_rate)
-            }
-            true => solution.emitted_rate(&problem, design.controller.scalar),
-            false => solution.mean_square_rate,
-        };
+        let unacknowledged = if_linear(design, &problem, &solution);
+        let emitted_rate = emitted_rate(design, &problem, &solution, unacknowledged.as_ref());
         let on_channel = channels::control(design, &problem, &solution);
         let costs = design.controller.input_limits.as_ref().and_then(|_| applied_costs(&problem, &solution));
         Self {
@@ -151,6 +146,7 @@ impl Report {
             n_crit,
             task: None,
             margins: None,
+            margins_not_given: None,
             channel: None,
             certificate: None,
             unacknowledged,
@@ -159,7 +155,9 @@ impl Report {
 
     /// Adds the margins if the loop has [`Report::converged`]. Dense: slow for long sequences.
     pub fn find_margins(&mut self) {
-        if self.converged() && self.design.estimator() != Merging::Linear {
+        if self.design.estimator() == Merging::Linear {
+            self.margins_not_given = Some(NotGiven::Unacknowledged);
+        } else if self.converged() {
             self.margins = margins(&self.design, &self.solution);
         }
     }
@@ -167,9 +165,13 @@ impl Report {
     /// Adds a certificate for the numbers that are emitted if the loop has [`Report::converged`]. Dense: slow for long sequences.
     ///
     /// # Errors
-    /// The loop is stable by its figures, but rounding does not let it be proved.
+    /// The loop is stable by its figures, but rounding does not let it be proved; or there are no acknowledgements and the law is
+    /// made for that.
     pub fn certify(&mut self) -> Result<(), NotCertified> {
-        if self.converged() && self.design.estimator() != Merging::Linear {
+        if self.design.estimator() == Merging::Linear {
+            return Err(NotCertified::Unacknowledged);
+        }
+        if self.converged() {
             let gains = self.solution.emitted_gains(self.design.controller.scalar);
             self.certificate =
                 Some(certify_gains(&LoopProblem::of(&self.design), &gains, self.emitted_rate)?);

@@ -1,12 +1,27 @@
 //! The law as it is emitted, every number rounded to the device's scalar, in the exact plant's loop.
 
-use super::{LoopProblem, Solution, closed_loop::mean_square_rate, in_flight::rate_of};
-use crate::design::DeviceScalar;
+use super::{LoopProblem, Solution, Unacknowledged, closed_loop::mean_square_rate, in_flight::rate_of};
+use crate::design::{Design, DeviceScalar};
 use nalgebra::DMatrix;
 use slqg::arrival::table_len;
 
 /// Numbers of the dense second moments up to which they are gone through: they see the rounding of `r`, too.
 const DENSE: usize = 4_000;
+
+/// Mean-square rate with the numbers that are emitted: of the law for a loop without acknowledgements if that was `found`, otherwise
+/// of the solution's, and where that does not stabilise its rate.
+pub(crate) fn emitted_rate(
+    design: &Design,
+    problem: &LoopProblem,
+    solution: &Solution,
+    found: Option<&Unacknowledged>,
+) -> f64 {
+    match found {
+        Some(found) => found.emitted_rate,
+        None if solution.is_stabilising() => solution.emitted_rate(problem, design.controller.scalar),
+        None => solution.mean_square_rate,
+    }
+}
 
 impl Solution {
     /// `L(i)` as the device computes with it, for every age `i = 0..=N`: the numbers that are emitted, arithmetic exact.

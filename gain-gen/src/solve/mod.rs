@@ -79,6 +79,7 @@ pub use closed_loop::mean_square_rate;
 pub use correlated::{Correlated, Knowledge, OnChannel, correlated};
 pub use coupled::{finite_horizon_reference, tracking_reference};
 pub(crate) use critical_length::critical_length;
+pub(crate) use emitted::emitted_rate;
 pub(crate) use evaluation::solve_correction;
 pub use finite_horizon::{FiniteHorizon, finite_horizon, tracking_task};
 pub(crate) use flat::row_major;
@@ -93,7 +94,8 @@ pub use tracking::{
     LONGEST_PREVIEW, PreviewGains, PreviewTooLong, Tracked, TrackedTask, preview_gains, set_point_gains,
 };
 pub use trigger::{TriggerTables, trigger_tables};
-pub use unacknowledged::{LONGEST_TRIED, Unacknowledged, shortest_unacknowledged, unacknowledged};
+pub(crate) use unacknowledged::{LONGEST_TRIED, if_linear, shortest_unacknowledged};
+pub use unacknowledged::{Unacknowledged, unacknowledged};
 
 /// Which recursion computes the gains.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

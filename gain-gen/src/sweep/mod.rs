@@ -10,7 +10,7 @@ use crate::channels;
 use crate::design::{Design, DeviceScalar};
 use crate::estimation::Sight;
 use crate::report::{FailedCondition, Verdict, failed};
-use crate::solve::{LoopProblem, Method, Outcome, solve, unacknowledged};
+use crate::solve::{LoopProblem, Method, Outcome, emitted_rate, if_linear, solve};
 use rayon::prelude::*;
 use slqg::DefaultInput;
 use slqg::estimator::Merging;
@@ -103,14 +103,9 @@ impl Sweep {
 
 fn figures(design: &Design, problem: &LoopProblem, sight: Sight) -> LengthFigures {
     let solution = solve(problem, Method::InFlight);
-    let is_linear = design.estimator() == Merging::Linear;
-    let unacknowledged = if is_linear { unacknowledged(design, problem, &solution) } else { None };
+    let unacknowledged = if_linear(design, problem, &solution);
     let found = unacknowledged.as_ref();
-    let emitted_rate = match solution.is_stabilising() {
-        _ if is_linear => found.map_or(solution.mean_square_rate, |found| found.emitted_rate),
-        true => solution.emitted_rate(problem, design.controller.scalar),
-        false => solution.mean_square_rate,
-    };
+    let emitted_rate = emitted_rate(design, problem, &solution, found);
     let on_channel = channels::control(design, problem, &solution);
     let conditions =
         failed(design, problem, (&solution, found), emitted_rate, sight, on_channel, (None, || None));
@@ -121,7 +116,9 @@ fn figures(design: &Design, problem: &LoopProblem, sight: Sight) -> LengthFigure
         converged: !conditions.iter().any(FailedCondition::is_of_theorems),
         mean_square_rate: found.map_or(solution.mean_square_rate, |found| found.rate),
         control_cost: match solution.outcome {
-            Outcome::Converged if is_linear => found.map_or(f64::INFINITY, |found| found.cost),
+            Outcome::Converged if design.estimator() == Merging::Linear => {
+                found.map_or(f64::INFINITY, |found| found.cost)
+            }
             Outcome::Converged => solution.control_cost(&design.plant.process_noise),
             Outcome::Unstable | Outcome::Undecided => f64::INFINITY,
         },

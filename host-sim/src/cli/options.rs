@@ -123,6 +123,9 @@ impl Selection {
                 EstimatorName::Linear => Merging::Linear,
             });
         }
+        if design.controller.estimator == Some(Merging::Linear) {
+            design.check_linear().map_err(|why| wrong(path, &format_args!("controller.estimator: {why}")))?;
+        }
         if let Some(cycles) = self.acknowledged_cycles {
             design.set_acknowledged_cycles(usize::from(cycles));
         }

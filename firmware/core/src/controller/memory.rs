@@ -55,9 +55,14 @@ impl Sizes {
     /// neither ages nor what was sent.
     pub const fn linear(length: usize, history: usize) -> Self {
         let Self { cycles, .. } = Self::of(length, history, 1);
-        // One sequence that may be sent, and the place of the one before; and the expected inputs, which are carried on.
-        let inputs = length.saturating_mul(2 + SCRATCH + 1);
-        Self { cycles, estimates: cycles, ages: 0, sent: 2, inputs }
+        // One sequence that may be sent, the place of the one before, and behind them the expected inputs, which are carried on.
+        let inputs = length.saturating_mul(SENT_LINEAR + 1 + SCRATCH);
+        Self { cycles, estimates: cycles, ages: 0, sent: SENT_LINEAR, inputs }
+    }
+
+    /// Of the inputs, those in flight of sequences of `length`; [`SCRATCH`] sequences follow.
+    pub(super) const fn in_flight(&self, length: usize) -> usize {
+        self.inputs.saturating_sub(SCRATCH.saturating_mul(length))
     }
 
     /// Whether `other` fits into it.
@@ -70,6 +75,8 @@ impl Sizes {
     }
 }
 
+/// Places of what was sent where it is not remembered.
+const SENT_LINEAR: usize = 2;
 /// Sequences beside those sent: expected inputs, feedforward, what is displaced, and room to work in.
 pub(super) const SCRATCH: usize = 4;
 

@@ -28,10 +28,10 @@ mod watch;
 
 use crate::{
     Scalar, Tick,
-    estimator::{Merging, ModeFilter, Remembered, Surroundings},
+    estimator::{ModeFilter, Remembered, Surroundings},
     event::Trigger,
     gains::Gains,
-    in_flight::{InFlight, Mean},
+    in_flight::InFlight,
     played::Age,
 };
 use integrity::Check;
@@ -139,8 +139,6 @@ pub struct Controller<'m, T: Scalar, const NX: usize, const NU: usize, const NY:
     design: Design<'m, T, NX, NU, NY>,
     filter: ModeFilter<'m, T, NX, NU, NY>,
     in_flight: InFlight<'m, T, NU>,
-    /// What is applied in the mean, where no acknowledgement ever comes; else empty.
-    mean: Mean<'m, T, NU>,
     /// `vbar` of the current cycle, once it is proposed.
     expected: &'m mut [SVector<T, NU>],
     /// `Uff`; zero unless a reference is followed.
@@ -175,29 +173,31 @@ impl<'m, T: Scalar, const NX: usize, const NU: usize, const NY: usize> Controlle
         }
         let Memory { cycles, estimates, ages, sent, inputs } = memory;
         let cycles = cycles.get_mut(..needed.cycles).unwrap_or_default();
-        let remembered = match design.merging {
-            Merging::Linear => Remembered::without_ages(cycles, estimates),
-            merging => Remembered::new(cycles, ages, estimates, length, merging.estimates(length)),
+        let remembered = if design.merging.is_linear() {
+            Remembered::without_ages(cycles, estimates)
+        } else {
+            Remembered::new(cycles, ages, estimates, length, design.merging.estimates(length))
         };
         let remembered = remembered.ok_or(InvalidDesign::Memory(needed))?;
-        let (inputs, rest) = inputs.split_at_mut(needed.sent * length);
+        let (inputs, rest) = inputs.split_at_mut(needed.in_flight(length));
         let (expected, rest) = rest.split_at_mut(length);
         let (feedforward, rest) = rest.split_at_mut(length);
         let (displaced, rest) = rest.split_at_mut(length);
-        let (room, rest) = rest.split_at_mut(length.min(rest.len()));
-        let of_mean = if design.merging.is_linear() { length } else { 0 };
         let sent = sent.get_mut(..needed.sent).unwrap_or_default();
         feedforward.fill(SVector::zeros());
+        let mut in_flight = InFlight::new(length, tick, sent, inputs);
+        if design.merging.is_linear() {
+            in_flight.begin_mean();
+        }
         Ok(Self {
             filter: ModeFilter::new(design.model, design.measurement_buffer, tick, remembered),
-            in_flight: InFlight::new(length, tick, sent, inputs),
-            mean: Mean::new(if of_mean > 0 { rest.get_mut(..of_mean).unwrap_or_default() } else { &mut [] }),
+            in_flight,
             expected,
             feedforward,
             is_fed_forward: false,
             displaced,
             displaced_len: 0,
-            room,
+            room: rest.get_mut(..length).unwrap_or_default(),
             is_proposed: false,
             rounds_age: false,
             counts: Counts::default(),
@@ -221,7 +221,7 @@ impl<'m, T: Scalar, const NX: usize, const NU: usize, const NY: usize> Controlle
         self.filter.restart(design.model, design.measurement_buffer, tick);
         self.in_flight.restart(tick);
         if design.merging.is_linear() {
-            self.mean.restart();
+            self.in_flight.begin_mean();
         }
         self.forget_reference();
         (self.is_proposed, self.rounds_age, self.counts) = (false, false, Counts::default());

@@ -110,11 +110,7 @@ impl<'m, T: Scalar, const NX: usize, const NU: usize, const NY: usize> Controlle
         }
         self.filter.filter(&around(&self.design, law, &self.in_flight));
         let expected = if self.design.merging.is_linear() {
-            // Written down for those who ask what was proposed.
-            let mean = self.mean.expected(&law.gains);
-            let (expected, _) = self.expected.split_at_mut(mean.len().min(self.expected.len()));
-            expected.copy_from_slice(mean);
-            &*expected
+            self.in_flight.fill_mean(&law.gains, self.expected)
         } else {
             let around = around(&self.design, law, &self.in_flight);
             let played = played(&self.filter, &around, self.rounds_age);
@@ -137,8 +133,10 @@ impl<'m, T: Scalar, const NX: usize, const NU: usize, const NY: usize> Controlle
     }
 
     pub(super) fn close(&mut self, law: &Law<'_, T, NX, NU>, is_sent: bool) {
-        let mean = self.design.merging.is_linear().then(|| self.mean_input(law, is_sent));
-        self.in_flight.push(is_sent);
+        let mean = self.design.merging.is_linear().then(|| self.push_mean(law, is_sent));
+        if mean.is_none() {
+            self.in_flight.push(is_sent);
+        }
         self.filter.advance(&around(&self.design, law, &self.in_flight));
         if let Some(mean) = mean {
             self.filter.tell_mean(&mean);
@@ -151,16 +149,13 @@ impl<'m, T: Scalar, const NX: usize, const NU: usize, const NY: usize> Controlle
 
     /// The mean of what is applied in this cycle, where no acknowledgement ever comes.
     #[inline(never)]
-    fn mean_input(&mut self, law: &Law<'_, T, NX, NU>, is_sent: bool) -> SVector<T, NU> {
+    fn push_mean(&mut self, law: &Law<'_, T, NX, NU>, is_sent: bool) -> SVector<T, NU> {
         let actuator = &self.design.actuator;
         if actuator.limits.is_some() {
             // As they leave the actuator.
-            for input in self.in_flight.candidate() {
-                *input = actuator.leaves_after(&SVector::zeros(), input);
-            }
+            self.in_flight.candidate().iter_mut().for_each(|input| *input = actuator.saturate(input));
         }
-        let sent = is_sent.then_some(self.in_flight.proposed().inputs);
-        self.mean.push(&law.gains, law.arrives_at_once, sent)
+        self.in_flight.push_mean(&law.gains, law.arrives_at_once, is_sent)
     }
 
     /// Whether the trigger finds the sequence worth a packet; without a trigger every one is.

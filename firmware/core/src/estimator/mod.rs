@@ -14,7 +14,7 @@
 //! | `memory` | what is remembered of each cycle, in memory that is lent |
 //! | `surroundings` | the loop around: how ages move from cycle to cycle, and which inputs they mean |
 //! | `step` | one cycle of the filter: hypotheses apart, measured, merged |
-//! | `mode_filter` | the memory: what is late is put where it belongs, and filtered again |
+//! | `mode_filter` | the memory: what is late is put where it belongs, and filtered again; in `filtered` what it has come to |
 
 mod estimate;
 mod factored;

@@ -125,7 +125,7 @@ impl<'s, T: Scalar, const NX: usize, const NU: usize, const NY: usize> Step<'s, 
             let input = if is_told { *room.held } else { SVector::zeros() };
             let estimate = before.merged().unwrap_or_else(|| self.anew());
             if let Some(posterior) = room.certain(Age::Empty, input) {
-                self.filtered_apart(&estimate, (&input, None), output, posterior);
+                self.filtered(&estimate, (&input, None), output, posterior);
             }
         }
     }
@@ -181,7 +181,7 @@ impl<'s, T: Scalar, const NX: usize, const NU: usize, const NY: usize> Step<'s, 
         }
         room.put_ages();
         if let Some(posterior) = room.single() {
-            self.filtered_apart(estimate, (&mean, spread.as_ref()), output, posterior);
+            self.filtered(estimate, (&mean, spread.as_ref()), output, posterior);
         }
         true
     }
@@ -250,20 +250,8 @@ impl<'s, T: Scalar, const NX: usize, const NU: usize, const NY: usize> Step<'s, 
         output: Option<&SVector<T, NY>>,
         posterior: &mut Estimate<T, NX>,
     ) -> T {
-        let innovation = self.filtered_apart(estimate, (input, None), output, posterior);
+        let innovation = self.filtered(estimate, (input, None), output, posterior);
         innovation.map_or_else(T::zero, |innovation| innovation.log_likelihood(self.gate()))
-    }
-
-    /// [`Step::filtered`], once in flash for all but the shortest way.
-    #[inline(never)]
-    fn filtered_apart(
-        &mut self,
-        estimate: &Estimate<T, NX>,
-        input: (&SVector<T, NU>, Option<&SMatrix<T, NU, NU>>),
-        output: Option<&SVector<T, NY>>,
-        posterior: &mut Estimate<T, NX>,
-    ) -> Option<Innovation<T, NY>> {
-        self.filtered(estimate, input, output, posterior)
     }
 
     /// Writes into `posterior` the `estimate` one cycle on, in which an input is applied that is known with a covariance or for

@@ -27,7 +27,6 @@ use crate::{
 use nalgebra::SVector;
 
 pub use arrivals::add_newer;
-pub use mean::Mean;
 
 /// The sequences sent in the last cycles, and one that may be sent next, in a ring that is lent.
 ///
@@ -82,7 +81,7 @@ impl<'m, T: Scalar, const NU: usize> InFlight<'m, T, NU> {
     /// Nothing was sent in any cycle before `tick`, the first. Sequences have `length` inputs.
     ///
     /// One less than `sent` has entries is the number of cycles that are remembered, at least `length`; `inputs` needs `length`
-    /// for each entry. What is beyond is not used.
+    /// for each entry. What is beyond is not used, but for the mean where no acknowledgement ever comes, [`InFlight::begin_mean`].
     pub fn new(length: usize, tick: Tick, sent: &'m mut [bool], inputs: &'m mut [SVector<T, NU>]) -> Self {
         sent.fill(false);
         Self { length, sent, inputs, newest: 0, tick: tick - 1 }

@@ -1,44 +1,17 @@
 //! A CAN controller made of memory: what it has received, what it has sent, and how much room there is.
 
+#[path = "../../../core/tests/can_bus/frame.rs"]
+mod frame;
 pub(crate) mod frames;
 
-use embedded_can::{ErrorKind, Frame, Id, StandardId, nb::Can};
+use embedded_can::{ErrorKind, Id, StandardId, nb::Can};
 use slqg::blob::DesignId;
 use slqg::nalgebra::SVector;
 use slqg::wire::can::{Grid, Identifiers, LARGEST_OF_FULL_FRAME};
 use slqg_nodes::can::Form;
 use std::collections::VecDeque;
 
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct BusFrame {
-    pub(crate) id: Id,
-    pub(crate) is_remote: bool,
-    pub(crate) data: Vec<u8>,
-}
-
-impl Frame for BusFrame {
-    fn new(id: impl Into<Id>, data: &[u8]) -> Option<Self> {
-        (data.len() <= 8).then(|| Self { id: id.into(), is_remote: false, data: data.into() })
-    }
-    fn new_remote(id: impl Into<Id>, dlc: usize) -> Option<Self> {
-        (dlc <= 8).then(|| Self { id: id.into(), is_remote: true, data: vec![0; dlc] })
-    }
-    fn is_extended(&self) -> bool {
-        matches!(self.id, Id::Extended(_))
-    }
-    fn is_remote_frame(&self) -> bool {
-        self.is_remote
-    }
-    fn id(&self) -> Id {
-        self.id
-    }
-    fn dlc(&self) -> usize {
-        self.data.len()
-    }
-    fn data(&self) -> &[u8] {
-        &self.data
-    }
-}
+pub(crate) use frame::BusFrame;
 
 /// A driver with transmit mailboxes. A frame with a lower identifier than all that wait takes the place of the last one.
 #[derive(Debug)]

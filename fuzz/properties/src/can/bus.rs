@@ -1,46 +1,19 @@
 //! A classic CAN frame, as a driver would have it, and the identifiers of a loop.
 
-use embedded_can::{ExtendedId, Frame, Id, StandardId};
+#[path = "../../../../firmware/core/tests/can_bus/frame.rs"]
+mod frame;
+
+use embedded_can::{ExtendedId, Id, StandardId};
 use slqg::blob::DesignId;
 use slqg::wire::Kind;
 use slqg::wire::can::Identifiers;
+
+pub(crate) use frame::BusFrame;
 
 /// The plant that frames are of.
 pub(crate) const DESIGN: DesignId = DesignId(0x1122_3344);
 /// The kinds of frame, in the order of [`id`].
 pub(crate) const KINDS: [Kind; 3] = [Kind::Measurement, Kind::Control, Kind::Acknowledgement];
-
-/// Whatever a bus may deliver: drivers differ in what they let through.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct BusFrame {
-    pub(crate) id: Id,
-    pub(crate) is_remote: bool,
-    pub(crate) data: Vec<u8>,
-}
-
-impl Frame for BusFrame {
-    fn new(id: impl Into<Id>, data: &[u8]) -> Option<Self> {
-        (data.len() <= 8).then(|| Self { id: id.into(), is_remote: false, data: data.into() })
-    }
-    fn new_remote(id: impl Into<Id>, dlc: usize) -> Option<Self> {
-        (dlc <= 8).then(|| Self { id: id.into(), is_remote: true, data: vec![0; dlc] })
-    }
-    fn is_extended(&self) -> bool {
-        matches!(self.id, Id::Extended(_))
-    }
-    fn is_remote_frame(&self) -> bool {
-        self.is_remote
-    }
-    fn id(&self) -> Id {
-        self.id
-    }
-    fn dlc(&self) -> usize {
-        self.data.len()
-    }
-    fn data(&self) -> &[u8] {
-        &self.data
-    }
-}
 
 /// The identifier of a kind of frame, and after these one that is nobody's.
 pub(crate) fn id(which: usize) -> Id {

@@ -42,11 +42,14 @@ pub(crate) fn failed(
 
 /// The condition, which is one of independent packets, as it stands for what this link is.
 fn averaged(key: &'static str, link: &Link, failed: FailedCondition) -> FailedCondition {
-    let is_independent = link.behaviour == Behaviour::Independent && link.duplicates == 0.0;
-    match is_independent || failed.is_open() {
+    match is_independent(link) || failed.is_open() {
         true => failed,
         false => FailedCondition::Averaged { key, condition: Box::new(failed) },
     }
+}
+
+fn is_independent(link: &Link) -> bool {
+    link.behaviour == Behaviour::Independent && link.duplicates == 0.0
 }
 
 /// Where Theorem 3.4 b) fails the recursion must diverge; that is not told twice.
@@ -128,6 +131,9 @@ fn control_dependence(design: &Design, on_channel: Option<ControlOnChannel>) -> 
     let dependent = |reason| Some(FailedCondition::Dependent { key: ACTUATOR, reason });
     if let Some(reason) = unknown(&design.network.controller_to_actuator) {
         return dependent(reason);
+    }
+    if design.estimator() == Merging::Linear && !is_independent(&design.network.controller_to_actuator) {
+        return dependent(NotKnown::Unacknowledged);
     }
     match on_channel? {
         _ if design.event.is_some() => dependent(NotKnown::EventTrigger),

@@ -126,6 +126,8 @@ pub enum NotKnown {
     Bus,
     /// The chain of age and channel is too large for its rate to be computed.
     TooLarge,
+    /// The law for a loop without acknowledgements takes them as independent.
+    Unacknowledged,
     /// An event trigger weighs packets as if they were independent.
     EventTrigger,
     /// The rate on the channel is 1 within rounding.

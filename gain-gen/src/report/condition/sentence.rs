@@ -165,6 +165,9 @@ impl Display for NotKnown {
                 "the chain of the buffer's age and the channel's states is too large for its rate to be computed; shorten \
                  the sequences",
             ),
+            Self::Unacknowledged => {
+                f.write_str("the rate of the law without acknowledgements takes them as if they were")
+            }
             Self::EventTrigger => f.write_str("the event trigger weighs them as if they were"),
             Self::Near { rate } => {
                 write!(f, "on the channel the mean-square rate is {}, too close to 1 to be told from it", figure(*rate))

@@ -63,6 +63,9 @@ pub(crate) struct Document<'r> {
     length_tolerance: Option<f64>,
     /// Null where not asked for, or the loop is not stable.
     margins: Option<MarginFigures>,
+    /// Only where they were asked for and are not known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    margins_not_given: Option<String>,
     /// Only for links whose packets depend on each other through a known channel, or are copied.
     #[serde(skip_serializing_if = "Option::is_none")]
     on_channels: Option<OnChannels>,
@@ -199,6 +202,7 @@ impl<'r> Document<'r> {
             },
             length_tolerance: report.design.length_choice().map(|choice| choice.tolerance),
             margins: report.margins.as_ref().map(MarginFigures::of),
+            margins_not_given: report.margins_not_given.as_ref().map(ToString::to_string),
             on_channels: OnChannels::of(report),
             limits_shown_by: report
                 .design

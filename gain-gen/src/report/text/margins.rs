@@ -14,6 +14,10 @@ const ALL_BUT_FEW: f64 = 1.0 - 1e-6;
 
 impl Report {
     pub(super) fn margins(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        if let Some(reason) = &self.margins_not_given {
+            writeln!(f, "\nMargins")?;
+            return line(f, "not given", reason);
+        }
         let Some(margins) = &self.margins else { return Ok(()) };
         writeln!(
             f,

@@ -5,10 +5,7 @@
 //! optimum what the law is made of depends on itself (a plan that is kept if nothing is heard), so `known` is close to singular
 //! there, and is damped.
 
-use super::{
-    jump::{Jump, Slope},
-    steady::Steady,
-};
+use super::{closed::Slope, jump::Jump, steady::Steady};
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 /// Steps remembered.

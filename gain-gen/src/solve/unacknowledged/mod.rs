@@ -4,12 +4,14 @@
 //! |---|---|
 //! | `loop_data` | the loop's data in the coordinates it is solved in |
 //! | `sent` | what a packet does, whenever it arrives |
-//! | `jump` | the loop over one cycle, and its second moments |
+//! | `jump` | the loop over one cycle, for every law |
+//! | `closed` | the same with one law |
 //! | `steady` | its steady state and exact cost |
 //! | `descent` | the law that makes the cost least |
 //! | `certainty` | a law that is nearly the best, to begin with |
 
 mod certainty;
+mod closed;
 mod descent;
 mod jump;
 mod loop_data;
@@ -23,11 +25,11 @@ use descent::descend;
 use jump::Jump;
 use loop_data::LoopData;
 use nalgebra::DMatrix;
-use slqg::DefaultInput;
+use slqg::{DefaultInput, estimator::Merging};
 use steady::Steady;
 
 /// Longest sequences for which a law is looked for that the design does not ask for.
-pub const LONGEST_TRIED: usize = 12;
+pub(crate) const LONGEST_TRIED: usize = 12;
 /// Times that law and filter are found, each for the other.
 const ROUNDS: usize = 16;
 /// Change of the input's covariance between two of them that counts as none.
@@ -74,6 +76,18 @@ impl Unacknowledged {
         let data = data(design, &problem, coordinates);
         let jump = Jump::new(&data, &coordinates.express_filter_gain(&self.filter_gain));
         Some(jump.steady(&joined(&coordinates.express_law(law)), None)?.cost)
+    }
+}
+
+/// The law of a loop whose estimator is the linear one; `None` for others, and as [`unacknowledged`].
+pub(crate) fn if_linear(
+    design: &Design,
+    problem: &LoopProblem,
+    acknowledged: &Solution,
+) -> Option<Unacknowledged> {
+    match design.estimator() {
+        Merging::Linear => unacknowledged(design, problem, acknowledged),
+        Merging::Single | Merging::Imm | Merging::Gpb2 => None,
     }
 }
 
@@ -144,7 +158,7 @@ fn data(design: &Design, problem: &LoopProblem, coordinates: &Coordinates) -> Lo
 }
 
 /// The shortest sequences, longer than the design's, for which a law is found.
-pub fn shortest_unacknowledged(design: &Design) -> Option<usize> {
+pub(crate) fn shortest_unacknowledged(design: &Design) -> Option<usize> {
     let problem = LoopProblem::of(design);
     (problem.length + 1..=LONGEST_TRIED).find(|&length| {
         let longer = problem.with_length(length);

@@ -1,6 +1,9 @@
 //! The steady state of a loop with one law: second moments, costs-to-go, and the exact cost.
 
-use super::jump::{Closed, Jump, Slope, symmetric};
+use super::{
+    closed::{Closed, Slope, symmetric},
+    jump::Jump,
+};
 use crate::solve::{evaluation::solve_like, spectral::spectral_radius, sums::Sums};
 use nalgebra::{DMatrix, SymmetricEigen};
 
