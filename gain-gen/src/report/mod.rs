@@ -21,9 +21,9 @@ use crate::estimation::Estimation;
 use crate::figure;
 use crate::margins::{Margins, NotGiven, margins};
 use crate::solve::{
-    FiniteHorizon, Law, LoopProblem, Method, Outcome, PreviewGains, PreviewTooLong, Solution, Start,
-    TriggerTables, Unacknowledged, age_transitions, applied_costs, critical_length, emitted_rate, if_linear,
-    shortest_unacknowledged, trigger_tables,
+    FiniteHorizon, Law, LoopProblem, Method, Outcome, PreviewGains, PreviewTooLong, Schedules, Solution,
+    Start, TriggerTables, Unacknowledged, age_transitions, applied_costs, critical_length, emitted_rate,
+    if_linear, shortest_unacknowledged, trigger_tables,
 };
 use crate::stability;
 use crate::warnings::{self, Warning};
@@ -76,6 +76,9 @@ pub struct Report {
     pub preview: Option<Result<PreviewGains, PreviewTooLong>>,
     /// What sending a packet is worth; `None` if the design sends in every cycle, or no steady state was found.
     pub trigger: Option<TriggerTables>,
+    /// What packets at fixed times cost instead; `None` if packets have no price, with `[tracking]`, whose cost depends on the
+    /// reference, or if no schedule is shown to stabilise the loop.
+    pub schedules: Option<Schedules>,
     /// Time-varying gains for a task of finite length; `None` before [`Report::find_task`].
     pub task: Option<FiniteHorizon>,
     /// Distances to instability; `None` before [`Report::find_margins`] and for a loop that has not [`Report::converged`].
@@ -117,6 +120,7 @@ impl Report {
             on_channel,
             preview: PreviewGains::of(design, steady),
             trigger: design.event.and_then(|_| trigger_tables(&problem, steady)),
+            schedules: schedules(design, &problem, &estimation),
             emitted_rate,
             failed_conditions: condition::failed(
                 design,
@@ -224,4 +228,12 @@ impl Report {
     pub fn in_flight(&self) -> usize {
         self.solution.law.default_input.in_flight(self.solution.law.length)
     }
+}
+
+/// What packets at fixed times cost. The error of the estimate has its bound from above, or the one from below where there is none.
+fn schedules(design: &Design, problem: &LoopProblem, estimation: &Estimation) -> Option<Schedules> {
+    let event = design.event.filter(|_| design.tracking.is_none())?;
+    let bounds = &estimation.covariance;
+    let error = bounds.upper.as_ref().or(bounds.lower.as_ref())?;
+    Schedules::of(problem, event.send_cost, &design.plant.process_noise, error)
 }

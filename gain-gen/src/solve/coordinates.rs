@@ -172,7 +172,7 @@ impl Coordinates {
         solution.coupled_gains.iter_mut().flatten().for_each(|gain| self.restore_gain(gain));
         solution.cost_to_go = self.cost(&solution.cost_to_go);
         for value in solution.value.iter_mut().chain(&mut solution.slowest) {
-            self.change_value(value, dimensions, f64::recip);
+            self.restore_value(value, dimensions);
         }
         solution
     }
@@ -180,6 +180,11 @@ impl Coordinates {
     /// A cost-to-go `(P, S, Y, N_t)` of the design's, as the core lays it out, as one for these coordinates.
     pub(super) fn express_value(&self, value: &mut [f64], dimensions: &Dimensions) {
         self.change_value(value, dimensions, |unit| unit);
+    }
+
+    /// A cost-to-go for these coordinates, as the core lays it out, as one for the design's.
+    pub(super) fn restore_value(&self, value: &mut [f64], dimensions: &Dimensions) {
+        self.change_value(value, dimensions, f64::recip);
     }
 
     fn change_value(&self, value: &mut [f64], dimensions: &Dimensions, factor: impl Fn(f64) -> f64) {

@@ -13,6 +13,7 @@
 //! | `tracking` | what a reference adds: preview gains, set points, the feedforward of a task |
 //! | `trigger` | what sending a packet is worth, as tables |
 //! | `unacknowledged` | the law for a loop without acknowledgements, and its exact cost |
+//! | `schedule` | a packet in every p-th cycle, and which p costs least |
 //! | `rollout` | the same worth from the thesis' matrices for one history of decisions: the reference |
 //! | `network_free` | the problem without its network, to the last digit: where both recursions start |
 //! | `coordinates` | units that come from the data, in which everything is computed |
@@ -57,6 +58,7 @@ mod network_free;
 mod radius;
 mod refined;
 mod rollout;
+mod schedule;
 mod spectral;
 mod sums;
 mod tracking;
@@ -88,7 +90,8 @@ pub use law::{Law, mode_weights};
 pub use mode_chain::{ModeChain, TooManyModes};
 pub(crate) use modes::{Mode, modes};
 pub(crate) use radius::rough_radius;
-pub use rollout::{Rollout, Situation};
+pub use rollout::{Rollout, ScheduleReference, Situation};
+pub use schedule::{LONGEST_PERIOD, Schedule, ScheduleCost, Schedules, schedule};
 pub(crate) use spectral::spectral_radius;
 pub use tracking::{
     LONGEST_PREVIEW, PreviewGains, PreviewTooLong, Tracked, TrackedTask, preview_gains, set_point_gains,

@@ -73,6 +73,46 @@ impl Rollout {
     }
 }
 
+/// A packet in every p-th cycle by the thesis' matrices, with the age chain of each cycle of a period: the reference for
+/// [`super::schedule()`].
+pub struct ScheduleReference {
+    /// State block of the cost-to-go with an empty buffer and nothing under way, by cycles to the next packet, `nx x nx`.
+    pub cost_to_go: Vec<DMatrix<f64>>,
+    /// `Lx` of the cycles that send, `(N nu) x nx`.
+    pub lx: DMatrix<f64>,
+}
+
+impl ScheduleReference {
+    /// Iterates until a period changes nothing to `accuracy`, relative; `None` if that takes too long.
+    pub fn new(problem: &LoopProblem, period: usize, accuracy: f64) -> Option<Self> {
+        /// Periods after which there is none.
+        const MOST: usize = 20_000;
+        let states = problem.a.nrows();
+        let mut recursion = CoupledRecursion::new(problem, &problem.q);
+        let of_state = |recursion: &CoupledRecursion| {
+            recursion.cost_to_go[problem.length].view((0, 0), (states, states)).into_owned()
+        };
+        let mut before = of_state(&recursion);
+        for _ in 0..MOST {
+            let mut found = Self { cost_to_go: Vec::new(), lx: DMatrix::zeros(0, 0) };
+            for ahead in 0..period {
+                recursion.chain.transitions = transitions(problem, |age| (age + ahead) % period == 0);
+                recursion.step();
+                if ahead == 0 {
+                    found.lx = recursion.gains[problem.length].columns(0, states).into_owned();
+                }
+                found.cost_to_go.push(of_state(&recursion));
+            }
+            let after = &found.cost_to_go[period - 1];
+            if (after - &before).amax() <= accuracy * after.amax() {
+                return Some(found);
+            }
+            before.copy_from(after);
+        }
+        None
+    }
+}
+
 /// (5.8): transition probabilities of the age where a packet of age `a` was sent iff `is_sent(a)`.
 fn transitions(problem: &LoopProblem, is_sent: impl Fn(usize) -> bool) -> DMatrix<f64> {
     let length = problem.length;

@@ -15,7 +15,7 @@ use super::Report;
 use crate::channels::ControlOnChannel;
 use crate::design::{Authentication, Steps, WireSettings};
 use crate::json::{Rows, rows, triangles};
-use crate::solve::{Law, Outcome, Unacknowledged};
+use crate::solve::{Law, Outcome, ScheduleCost, Unacknowledged};
 use nalgebra::DMatrix;
 use serde::Serialize;
 
@@ -181,6 +181,32 @@ pub(super) struct Event {
     in_flight: Option<Vec<Rows>>,
     /// `Rbar`, symmetric of `N nu` rows.
     sequence: Option<Rows>,
+    /// By period, those shown to stabilise the loop; null with `[tracking]`, and where there are none.
+    schedules: Option<Vec<ScheduleFigures>>,
+}
+
+/// [`ScheduleCost`]: per cycle.
+#[derive(Serialize)]
+struct ScheduleFigures {
+    period: usize,
+    control_cost: f64,
+    estimation_cost: f64,
+    packet_cost: f64,
+    total: f64,
+    mean_square_rate: f64,
+}
+
+impl ScheduleFigures {
+    fn of(cost: &ScheduleCost) -> Self {
+        Self {
+            period: cost.period,
+            control_cost: cost.control,
+            estimation_cost: cost.estimation,
+            packet_cost: cost.packets,
+            total: cost.total(),
+            mean_square_rate: cost.mean_square_rate,
+        }
+    }
 }
 
 impl Event {
@@ -201,6 +227,10 @@ impl Event {
             sequence: tables.and_then(|tables| {
                 triangles(&tables.sequence, [report.design.controller.sequence_length * inputs]).pop()
             }),
+            schedules: report
+                .schedules
+                .as_ref()
+                .map(|schedules| schedules.costs.iter().map(ScheduleFigures::of).collect()),
         })
     }
 }

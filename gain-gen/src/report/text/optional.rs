@@ -134,6 +134,15 @@ impl Report {
             None => Some(0.0),
             Some(gains) => gains.as_ref().ok().and_then(|gains| gains.standing_cost),
         };
+        if let Some(schedules) = &self.schedules {
+            let cheapest = schedules.cheapest_cost();
+            let (total, every) = (figure(cheapest.total()), ordinal(cheapest.period));
+            line(
+                f,
+                "best schedule",
+                format!("a packet in every {every} step: {total} per step, packets and estimation included"),
+            )?;
+        }
         let Some(standing) = standing else { return Ok(()) };
         let most = figure(self.estimation.cost_upper + standing + event.send_cost);
         line(
@@ -166,4 +175,16 @@ impl Report {
 
 fn spelled(values: &DVector<f64>) -> String {
     format!("[{}]", values.iter().map(|&value| figure(value)).collect::<Vec<_>>().join(", "))
+}
+
+/// 1st, 2nd, 3rd, 4th.
+fn ordinal(number: usize) -> String {
+    let ending = match (number % 100, number % 10) {
+        (11..=13, _) => "th",
+        (_, 1) => "st",
+        (_, 2) => "nd",
+        (_, 3) => "rd",
+        _ => "th",
+    };
+    format!("{number}{ending}")
 }
