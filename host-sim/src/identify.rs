@@ -2,7 +2,9 @@
 
 use clap::{Args, ValueEnum};
 use slqg_links::identify::{
+    counters::Counter,
     figures::Figures,
+    formats::message::CanId,
     fragment::fragment,
     logs::{self, Selection},
     sample::{Clock, LONGEST},
@@ -13,8 +15,8 @@ use std::path::PathBuf;
 /// Options of the command line.
 #[derive(Debug, Args)]
 pub struct Options {
-    /// Logs of one link: CSV tables (each a run of its own), logs of candump -L (together one log), or two pcap captures,
-    /// the sender's and the receiver's. docs/traces.md describes them.
+    /// Logs of one link: tables and logs of measuring tools (each a run of its own), CAN logs (together one log), or two
+    /// captures, the sender's and the receiver's. docs/traces.md lists the formats; gzip and zstd are unpacked.
     #[arg(required = true, value_name = "TRACE")]
     traces: Vec<PathBuf>,
     /// Length of a control cycle in seconds: the design's plant.sample_time.
@@ -36,15 +38,34 @@ pub struct Options {
     /// What numbers missing in the sequence are. In CSV tables without rows of lost packets they are lost, otherwise ignored.
     #[arg(long, value_enum)]
     gaps: Option<GapsName>,
-    /// Interface on which packets are sent (candump).
+    /// Interface or channel on which packets are sent (CAN logs, captures with several interfaces).
     #[arg(long, value_name = "IFACE")]
     tx: Option<String>,
-    /// Interface on which packets are received (candump).
+    /// Interface or channel on which packets are received; if it is the same, the log's directions tell the ends apart.
     #[arg(long, value_name = "IFACE")]
     rx: Option<String>,
-    /// Identifier of the packets (candump).
-    #[arg(long, value_name = "HEX", value_parser = identifier)]
-    id: Option<u32>,
+    /// Identifier of the packets (CAN): up to three digits have 11 bits, more have 29.
+    #[arg(long, value_name = "HEX", value_parser = CanId::parse)]
+    id: Option<CanId>,
+    /// UDP port that the packets go to (captures).
+    #[arg(long, value_name = "PORT")]
+    port: Option<u16>,
+    /// Where the number of a packet is in its payload, if not found by itself: u8@7, u16le@0, u16be@2, u32le@0, u32be@4,
+    /// nibble@6 or high-nibble@6, with the byte it begins at.
+    #[arg(long, value_name = "SHAPE@BYTE")]
+    counter: Option<Counter>,
+    /// Unit of the times in a table; without it seconds, or what makes packets come once in a cycle.
+    #[arg(long, value_enum)]
+    unit: Option<Unit>,
+    /// Take half of each round trip for the delay (ping, fping): both ways are assumed to take equally long.
+    #[arg(long)]
+    half_round_trip: bool,
+    /// The way back, from the server to the client (irtt).
+    #[arg(long)]
+    way_back: bool,
+    /// Shortest delay of the link, by which two clocks that disagree are brought together where no packets of the way back do.
+    #[arg(long, value_name = "SECONDS", value_parser = not_negative)]
+    shortest_delay: Option<f64>,
     /// Print one JSON object instead of lines of a design file.
     #[arg(long)]
     json: bool,
@@ -52,12 +73,32 @@ pub struct Options {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Format {
-    /// Header with sequence,sent,received, then a row per packet.
+    /// Header with sequence,sent,received, then a row per packet; also with semicolons or tabs.
     Csv,
     /// Lines of candump -L.
     Candump,
-    /// Classic pcap.
+    /// The view of candump -ta, -tz or -td.
+    CandumpView,
+    /// Vector ASC.
+    Asc,
+    /// Vector BLF.
+    Blf,
+    /// PEAK TRC.
+    Trc,
+    /// Messages printed by python-can.
+    PythonCanText,
+    /// CSV of python-can, a file of each end.
+    PythonCanCsv,
+    /// pcap or pcapng.
     Pcap,
+    /// JSON of irtt.
+    Irtt,
+    /// Output of owping -R.
+    Owping,
+    /// Output of ping -D -O.
+    Ping,
+    /// Output of fping -D.
+    Fping,
 }
 
 impl From<Format> for logs::Format {
@@ -65,7 +106,41 @@ impl From<Format> for logs::Format {
         match name {
             Format::Csv => Self::Csv,
             Format::Candump => Self::Candump,
+            Format::CandumpView => Self::CandumpView,
+            Format::Asc => Self::Asc,
+            Format::Blf => Self::Blf,
+            Format::Trc => Self::Trc,
+            Format::PythonCanText => Self::PythonCanText,
+            Format::PythonCanCsv => Self::PythonCanCsv,
             Format::Pcap => Self::Pcap,
+            Format::Irtt => Self::Irtt,
+            Format::Owping => Self::Owping,
+            Format::Ping => Self::Ping,
+            Format::Fping => Self::Fping,
+        }
+    }
+}
+
+/// Units of times.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Unit {
+    /// Seconds.
+    S,
+    /// Milliseconds.
+    Ms,
+    /// Microseconds.
+    Us,
+    /// Nanoseconds.
+    Ns,
+}
+
+impl Unit {
+    fn nanoseconds(self) -> i64 {
+        match self {
+            Self::S => 1_000_000_000,
+            Self::Ms => 1_000_000,
+            Self::Us => 1000,
+            Self::Ns => 1,
         }
     }
 }
@@ -116,11 +191,6 @@ fn not_negative(text: &str) -> Result<f64, String> {
     number.ok_or_else(|| "give a number of seconds, at least 0".into())
 }
 
-fn identifier(text: &str) -> Result<u32, String> {
-    let digits = text.strip_prefix("0x").unwrap_or(text);
-    u32::from_str_radix(digits, 16).map_err(|_| "give a hexadecimal number, as 123".into())
-}
-
 /// Reads the logs and computes; what comes back is to be printed.
 ///
 /// # Errors
@@ -137,7 +207,14 @@ pub fn run(options: &Options) -> Result<String, TraceError> {
         tx: options.tx.as_deref(),
         rx: options.rx.as_deref(),
         id: options.id,
+        port: options.port,
         kind,
+        counter: options.counter,
+        unit: options.unit.map(Unit::nanoseconds),
+        sample_time: Some(options.sample_time),
+        halves_round_trips: options.half_round_trip,
+        is_way_back: options.way_back,
+        shortest_delay: options.shortest_delay.map(|seconds| (seconds * 1e9).round() as i64),
     };
     let traces = logs::read(&options.traces, &selection)?;
     let clock = Clock {

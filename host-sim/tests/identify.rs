@@ -217,7 +217,7 @@ fn malformed_tables_are_reported_with_file_and_line() {
     refused(
         &[&path],
         &[],
-        &["wrong.csv:1: found the columns \"seq;t0;t1\"; give a header with sequence,sent,received"],
+        &["wrong.csv:1: found the columns \"seq,t0,t1\"; give a header with sequence,sent,received"],
     );
     let path = written(&folder, "lost.csv", format!("{header}1,0.01,\n2,0.02,lost\n"));
     refused(&[&path], &[], &["none of 2 packets arrives"]);

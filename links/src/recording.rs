@@ -19,7 +19,7 @@ impl Recording {
 
     /// The fates of a sample, file after file as if they had been one.
     pub fn of(sample: &Sample) -> Self {
-        Self::new(sample.fates.clone())
+        Self::new(sample.fates(0..sample.packets() as usize).collect())
     }
 
     /// Share of each delay among the packets; what is missing to 1 was lost.

@@ -6,6 +6,7 @@ use arbitrary::{Result, Unstructured};
 use gain_gen::design::Design;
 use slqg_links::identify::{
     figures::Figures,
+    formats::message::CanId,
     fragment::fragment,
     logs::{Format, Selection, traces},
     sample::{Clock, LONGEST},
@@ -18,6 +19,23 @@ const MOST_DELAYS: usize = 40;
 /// Bytes of a log beyond which nothing new comes.
 const MOST_BYTES: usize = 1 << 14;
 
+/// The formats by their place in a script; before them: recognised by the content.
+const FORMATS: [Format; 13] = [
+    Format::Csv,
+    Format::Candump,
+    Format::Pcap,
+    Format::CandumpView,
+    Format::Asc,
+    Format::Blf,
+    Format::Trc,
+    Format::PythonCanText,
+    Format::PythonCanCsv,
+    Format::Irtt,
+    Format::Owping,
+    Format::Ping,
+    Format::Fping,
+];
+
 /// Reads the first bytes as options and the others as one log or two.
 pub fn check(bytes: &[u8]) {
     // What is too short for options is no log either.
@@ -25,7 +43,7 @@ pub fn check(bytes: &[u8]) {
 }
 
 fn read(script: &mut Unstructured<'_>) -> Result<()> {
-    let (format, gaps, kind) = (up_to(script, 3)?, up_to(script, 2)?, up_to(script, 4)?);
+    let (format, gaps, kind) = (up_to(script, FORMATS.len() as u8)?, up_to(script, 2)?, up_to(script, 4)?);
     let (parts, cycles) = (byte(script)?, up_to(script, 200)?);
     let bytes = script.bytes(script.len().min(MOST_BYTES))?;
     // Where the first of two logs ends, in parts of 256 of all bytes; zero: there is one.
@@ -35,12 +53,17 @@ fn read(script: &mut Unstructured<'_>) -> Result<()> {
         _ => vec![("one.log".into(), first.into()), ("two.log".into(), second.into())],
     };
     let selection = Selection {
-        format: [None, Some(Format::Csv), Some(Format::Candump), Some(Format::Pcap)][usize::from(format)],
+        format: usize::from(format).checked_sub(1).map(|index| FORMATS[index]),
         gaps: [None, Some(Gaps::Lost), Some(Gaps::Ignore)][usize::from(gaps)],
         tx: Some("can0"),
         rx: Some("can1"),
-        id: (kind == 4).then_some(0x123),
+        id: (kind == 4).then_some(CanId::of(0x123)),
         kind,
+        sample_time: (gaps == 0).then_some(0.001 * f64::from(cycles + 1)),
+        halves_round_trips: true,
+        is_way_back: cycles % 3 == 1,
+        shortest_delay: (cycles % 5 == 1).then_some(1000),
+        ..Selection::default()
     };
     let traces = match traces(&logs, &selection) {
         Ok(traces) => traces,
@@ -63,8 +86,10 @@ fn read(script: &mut Unstructured<'_>) -> Result<()> {
 }
 
 fn in_order(trace: &Trace) {
-    assert!(trace.packets.windows(2).all(|pair| pair[0].sequence < pair[1].sequence), "each once, in order");
-    for packet in &trace.packets {
+    let mut before = None;
+    for packet in trace.packets() {
+        assert!(before.is_none_or(|before| before < packet.sequence), "each once, in order");
+        before = Some(packet.sequence);
         if let (Some(sent), Some(received)) = (packet.sent, packet.received) {
             assert!(sent <= received, "none arrives before it was sent");
         }

@@ -5,6 +5,7 @@ use super::{DelayDistribution, DesignError, can};
 use slqg_links::{
     can::Id,
     identify::{
+        formats::message::CanId,
         logs::{self, Selection},
         sample::{Clock, LONGEST, Sample},
     },
@@ -150,13 +151,23 @@ fn trace(table: &Section<'_>, surroundings: &Surroundings<'_>) -> Result<Link, D
         tx = options.optional("tx", interface).map(|field| field.text()).transpose()?;
         rx = options.optional("rx", interface).map(|field| field.text()).transpose()?;
         let identifier = options.optional("id", "a CAN identifier, 0 to 0x1fffffff");
-        id = identifier.map(|field| field.whole_number(0..=0x1fff_ffff)).transpose()?.map(|id| id as u32);
+        id = identifier
+            .map(|field| field.whole_number(0..=0x1fff_ffff))
+            .transpose()?
+            .map(|id| CanId::of(id as u32));
         options.required("files", "a list of the paths of logs, at least one")?.texts()?
     };
     let beside = std::path::Path::new(surroundings.origin).parent();
     let paths: Vec<PathBuf> =
         names.iter().map(|name| beside.map_or_else(|| name.into(), |folder| folder.join(name))).collect();
-    let selection = Selection { format: None, gaps: None, tx, rx, id, kind: surroundings.kind };
+    let selection = Selection {
+        tx,
+        rx,
+        id,
+        kind: surroundings.kind,
+        sample_time: Some(surroundings.sample_time),
+        ..Selection::default()
+    };
     let clock = Clock { sample_time: surroundings.sample_time, offset, longest: LONGEST };
     let wrong = |error: &dyn std::fmt::Display| {
         field.reject_with(format!("found {error}"), "give a log that `host-sim identify` can read".into())

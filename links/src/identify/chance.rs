@@ -31,6 +31,11 @@ impl Share {
         let high = if packets == all { 1.0 } else { (middle + half).min(1.0) };
         Self { packets, probability, low, high }
     }
+
+    /// Widens the interval to that of another share too.
+    pub(super) fn hold(&mut self, other: &Self) {
+        (self.low, self.high) = (self.low.min(other.low), self.high.max(other.high));
+    }
 }
 
 /// P(|Z| >= |z|) of a standard normal Z.

@@ -22,10 +22,10 @@ pub struct Drift {
 ///
 /// A class is a delay, or loss. Delays with expected counts below 5 are put together with the next longer ones.
 pub fn drift(sample: &Sample) -> Option<Drift> {
-    let (first, second) = sample.fates.split_at(sample.fates.len() / 2);
-    let halves = [first, second].map(|half| tally(half, sample.counts.len()));
-    let all = sample.packets() as f64;
-    let share = [first.len() as f64 / all, second.len() as f64 / all];
+    let all = sample.packets() as usize;
+    let halves = [0..all / 2, all / 2..all].map(|half| tally(sample, half));
+    let sizes = [(all / 2) as f64, (all - all / 2) as f64];
+    let share = sizes.map(|size| size / all as f64);
     let enough = |class: &[f64; 2]| (class[0] + class[1]) * share[0].min(share[1]) >= ENOUGH;
 
     let mut classes: Vec<[f64; 2]> = Vec::new();
@@ -60,19 +60,21 @@ pub fn drift(sample: &Sample) -> Option<Drift> {
         chi_square: statistic,
         degrees_of_freedom,
         p_value: chi_square(statistic, degrees_of_freedom),
-        mean_delay: [first, second].map(mean_delay),
-        loss: [lost[0] / first.len() as f64, lost[1] / second.len() as f64],
+        mean_delay: [0, 1].map(|half| mean_delay(&halves[half])),
+        loss: [lost[0] / sizes[0], lost[1] / sizes[1]],
     })
 }
 
 /// Packets by delay, and the lost ones last.
-fn tally(half: &[Option<usize>], delays: usize) -> Vec<f64> {
+fn tally(sample: &Sample, half: std::ops::Range<usize>) -> Vec<f64> {
+    let delays = sample.counts.len();
     let mut counts = vec![0.0; delays + 1];
-    half.iter().for_each(|fate| counts[fate.unwrap_or(delays)] += 1.0);
+    sample.fates(half).for_each(|fate| counts[fate.unwrap_or(delays)] += 1.0);
     counts
 }
 
-fn mean_delay(half: &[Option<usize>]) -> f64 {
-    let (count, sum) = half.iter().flatten().fold((0_u64, 0), |(count, sum), delay| (count + 1, sum + delay));
-    sum as f64 / count as f64
+fn mean_delay(half: &[f64]) -> f64 {
+    let arrived = &half[..half.len() - 1];
+    let sum: f64 = arrived.iter().enumerate().map(|(delay, count)| delay as f64 * count).sum();
+    sum / arrived.iter().sum::<f64>()
 }

@@ -1,7 +1,9 @@
 //! [`Figures`]: everything that is known about a link from its logs.
 
 use super::{
+    about::{About, Skipped},
     chance::Share,
+    clocks::Told,
     drift::{Drift, drift},
     independence::{Bursts, Correlation, Losses, bursts, delays, losses},
     sample::{Clock, Sample},
@@ -28,6 +30,12 @@ pub struct Oddities {
     pub late: u64,
     /// Packets that arrived after one which was sent later.
     pub reordered: u64,
+    /// What is no packet of the link, by kind; not counted.
+    pub skipped: Skipped,
+    /// Frames that the logger says it missed: whether they were packets, nobody knows.
+    pub dropped: u64,
+    /// Jumps of the sender's counter that are against the time: it may have begun anew.
+    pub restarts: u64,
 }
 
 /// What the logs say about the link.
@@ -35,6 +43,14 @@ pub struct Oddities {
 pub struct Figures {
     /// Where they come from.
     pub files: Vec<String>,
+    /// Their format.
+    pub format: &'static str,
+    /// By which number packets were told apart.
+    pub number: Option<String>,
+    /// How the receiver's clock is to the sender's, where times were corrected.
+    pub clock: Option<Told>,
+    /// What was assumed or done, in words.
+    pub notes: Vec<String>,
     /// Seconds per cycle.
     pub sample_time: f64,
     /// Seconds from the begin of a cycle to the sending of its packet.
@@ -71,11 +87,12 @@ impl Figures {
     pub fn new(files: Vec<String>, traces: &[Trace], clock: &Clock) -> Result<Self, TraceError> {
         let sample = Sample::new(traces, clock)?;
         let packets = sample.packets();
-        let delay_shares: Vec<Share> =
+        let mut delay_shares: Vec<Share> =
             sample.counts.iter().map(|&count| Share::new(count, packets)).collect();
         let probabilities = delay_shares.iter().map(|share| share.probability).collect();
         let distribution =
             DelayDistribution::new(probabilities).map_err(|error| TraceError::Whole(error.to_string()))?;
+        let about = About::of(traces.iter().map(|trace| &trace.about));
         let total = |of: fn(&Trace) -> u64| traces.iter().map(of).fold(0, u64::saturating_add);
         let log = Oddities {
             missing: total(|trace| trace.missing),
@@ -85,14 +102,28 @@ impl Figures {
             undecided: total(|trace| trace.undecided),
             late: sample.late,
             reordered: sample.reordered,
+            skipped: about.skipped,
+            dropped: about.dropped,
+            restarts: about.restarts,
         };
+        let mut loss = Share::new(sample.lost, packets);
+        if let Some(told) = about.clock {
+            for by in [-told.margin, told.margin] {
+                let offset = clock.offset + by;
+                widen(&mut delay_shares, &mut loss, &Sample::new(traces, &Clock { offset, ..*clock })?);
+            }
+        }
         let mut figures = Self {
             files,
+            format: about.format,
+            number: about.number,
+            clock: about.clock,
+            notes: about.notes,
             sample_time: clock.sample_time,
             offset: clock.offset,
             packets,
             delays: delay_shares,
-            loss: Share::new(sample.lost, packets),
+            loss,
             // (1 - p)^n = 0.05
             unseen_below: 1.0 - 0.05_f64.powf(1.0 / packets as f64),
             mean_delay: distribution.mean_delay(),
@@ -111,4 +142,20 @@ impl Figures {
     pub fn json(&self) -> String {
         serde_json::to_string_pretty(self).unwrap_or_default()
     }
+}
+
+/// Lets the intervals hold those of a sample by another offset of the clocks.
+fn widen(delays: &mut Vec<Share>, loss: &mut Share, other: &Sample) {
+    let packets = other.packets();
+    let counts = |delay: usize| other.counts.get(delay).copied().unwrap_or(0);
+    for (delay, share) in delays.iter_mut().enumerate() {
+        share.hold(&Share::new(counts(delay), packets));
+    }
+    // Delays that only another offset has were not seen, but may be there.
+    for delay in delays.len()..other.counts.len() {
+        let mut share = Share::new(0, packets);
+        share.hold(&Share::new(counts(delay), packets));
+        delays.push(share);
+    }
+    loss.hold(&Share::new(other.lost, packets));
 }

@@ -19,6 +19,16 @@ fn write(text: &mut String, figures: &Figures, link: &str) -> std::fmt::Result {
         // A name must not end the comment.
         writeln!(text, "# from {}", file.escape_debug())?;
     }
+    match &figures.number {
+        None => writeln!(text, "# {}", figures.format)?,
+        Some(number) => writeln!(text, "# {}; packets told apart by {number}", figures.format)?,
+    }
+    if let Some(skipped) = log.skipped.words() {
+        wrapped(text, "# skipped, as no packets of the link: ", "#          ", skipped.split(' '), " ");
+    }
+    for note in &figures.notes {
+        wrapped(text, "# note: ", "#       ", note.split(' '), " ");
+    }
     write!(text, "# {packets} packets, {} lost; cycles of {} s", loss.packets, figures.sample_time)?;
     match figures.offset {
         0.0 => writeln!(text)?,

@@ -93,7 +93,7 @@ pub fn losses(sample: &Sample) -> Option<Losses> {
 
 /// Puts the rarer fate to random places, and counts how often neighbours share it about as rarely or as often.
 fn permutation(sample: &Sample, table: [[u64; 2]; 2]) -> f64 {
-    let packets = sample.fates.len();
+    let packets = sample.packets() as usize;
     let losses_are_rarer = sample.lost <= sample.arrived();
     let (rarer, observed) =
         if losses_are_rarer { (sample.lost, table[1][1]) } else { (sample.arrived(), table[0][0]) };
@@ -117,12 +117,18 @@ fn permutation(sample: &Sample, table: [[u64; 2]; 2]) -> f64 {
 
 /// Runs of losses; none if nothing is lost.
 pub fn bursts(sample: &Sample) -> Option<Bursts> {
-    let runs = sample.files().flat_map(|file| file.split(Option::is_some)).map(|run| run.len() as u64);
-    let runs: Vec<u64> = runs.filter(|&length| length > 0).collect();
-    let longest = *runs.iter().max()?;
-    Some(Bursts {
-        count: runs.len() as u64,
-        mean: sample.lost as f64 / runs.len() as f64,
+    let (mut count, mut longest) = (0, 0);
+    for file in sample.files() {
+        let mut run = 0;
+        for fate in sample.fates(file) {
+            run = if fate.is_none() { run + 1 } else { 0 };
+            count += u64::from(run == 1);
+            longest = longest.max(run);
+        }
+    }
+    (count > 0).then(|| Bursts {
+        count,
+        mean: sample.lost as f64 / count as f64,
         mean_if_independent: sample.packets() as f64 / sample.arrived() as f64,
         longest,
     })
@@ -130,19 +136,19 @@ pub fn bursts(sample: &Sample) -> Option<Bursts> {
 
 /// Correlation of delays at lag 1; none if there are fewer than three pairs or the delays are all the same.
 pub fn delays(sample: &Sample) -> Option<Correlation> {
-    let pairs: Vec<(f64, f64)> = sample
-        .neighbours()
-        .filter_map(|(before, after)| before.zip(after))
-        .map(|(before, after)| (before as f64, after as f64))
-        .collect();
-    if pairs.len() < 3 {
+    let pairs = || {
+        let both = sample.neighbours().filter_map(|(before, after)| before.zip(after));
+        both.map(|(before, after)| (before as f64, after as f64))
+    };
+    let (pairs_there, before, after) =
+        pairs().fold((0_u64, 0.0, 0.0), |sum, pair| (sum.0 + 1, sum.1 + pair.0, sum.2 + pair.1));
+    if pairs_there < 3 {
         return None;
     }
-    let count = pairs.len() as f64;
-    let (before, after) = pairs.iter().fold((0.0, 0.0), |sum, pair| (sum.0 + pair.0, sum.1 + pair.1));
+    let count = pairs_there as f64;
     let (before, after) = (before / count, after / count);
     let (mut xx, mut xy, mut yy) = (0.0, 0.0, 0.0);
-    for (x, y) in &pairs {
+    for (x, y) in pairs() {
         xx += (x - before) * (x - before);
         xy += (x - before) * (y - after);
         yy += (y - after) * (y - after);
@@ -152,5 +158,5 @@ pub fn delays(sample: &Sample) -> Option<Correlation> {
     }
     let correlation = xy / (xx * yy).sqrt();
     let p_value = two_sided(correlation * count.sqrt());
-    Some(Correlation { pairs: pairs.len() as u64, correlation, band: NORMAL_95 / count.sqrt(), p_value })
+    Some(Correlation { pairs: pairs_there, correlation, band: NORMAL_95 / count.sqrt(), p_value })
 }

@@ -2,11 +2,16 @@
 //!
 //! | room | what lives there |
 //! |---|---|
-//! | [`trace`] | packets of one log in the order sent, and what was odd about them |
+//! | [`logs`] | logs of one link, whatever their format, to traces |
+//! | `source` | the bytes of a log, unpacked, and its lines |
 //! | `time` | seconds in a file to whole nanoseconds |
-//! | `table`, `candump`, `capture` | the three formats |
-//! | [`logs`] | which of them a file is in |
-//! | `pairing` | sightings at the sender and at the receiver become packets |
+//! | [`formats`] | which formats there are, and a reader for each |
+//! | `collector`, `choice` | which frames are packets of the link, at which end, and by which number they are told apart |
+//! | [`counters`] | counters in payloads, and how they go on when they wrap |
+//! | `bytes`, `column`, `packets` | tens of millions of packets in a few bytes each |
+//! | `join`, `pairing` | sightings at the sender and at the receiver become packets |
+//! | [`clocks`] | the clocks of two ends: offset, drift, steps |
+//! | [`trace`], [`about`] | packets of one log in the order sent, what was odd about them, and where they come from |
 //! | [`sample`] | delays in cycles, losses, counts |
 //! | [`chance`] | normal and chi-square probabilities, Wilson intervals |
 //! | [`independence`] | whether what becomes of a packet depends on the one before |
@@ -16,17 +21,25 @@
 //!
 //! Formats and formulas: docs/traces.md.
 
-mod candump;
-mod capture;
+pub mod about;
+mod bytes;
 pub mod chance;
+mod choice;
+pub mod clocks;
+mod collector;
+mod column;
+pub mod counters;
 pub mod drift;
 pub mod figures;
+pub mod formats;
 pub mod fragment;
 pub mod independence;
+mod join;
 pub mod logs;
+mod packets;
 mod pairing;
 pub mod sample;
-mod table;
+mod source;
 mod time;
 pub mod trace;
 mod warnings;

@@ -1,89 +1,187 @@
-//! What was seen at the sender and at the receiver becomes packets.
+//! What was seen at the sender and at the receiver becomes packets; two clocks are brought together.
 
 use super::{
-    time::Nanoseconds,
-    trace::{Gaps, Packet, Trace, early},
+    about::About,
+    clocks::{self, Relation, two_way},
+    column::Column,
+    counters::rounds::{Rounds, START},
+    join::{Joined, join},
+    logs::Selection,
+    packets::Packets,
+    time::{Nanoseconds, seconds},
+    trace::{Gaps, Trace},
 };
-use slqg::wire::VERSION;
-use std::collections::HashMap;
 
-/// A packet seen at one of the ends.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Sighting {
-    /// The tick of a frame, or a counter.
-    pub(super) number: u32,
-    pub(super) time: Nanoseconds,
+/// Fewer packets may all have taken no time by chance.
+const FEW: u64 = 10;
+
+/// Sightings of packets at both ends: in `sent` those at the sender of the link, whichever way they go.
+pub(super) struct Way {
+    pub(super) sent: Column,
+    pub(super) received: Column,
+    pub(super) modulus: u64,
 }
 
-/// Kind and tick, if `payload` begins as a frame does (docs/wire-format.md). The rest may be cut off.
-pub(super) fn frame(payload: &[u8]) -> Option<(u8, u32)> {
-    match *payload {
-        [VERSION, kind @ 1..=3, 4 | 8, a, b, c, d, ..] => Some((kind, u32::from_le_bytes([a, b, c, d]))),
-        _ => None,
-    }
+/// What is known of the ends.
+pub(super) struct Order {
+    /// Which end is the sender's is to be told by the times.
+    pub(super) may_swap: bool,
+    /// The ends may have clocks of their own.
+    pub(super) has_two_clocks: bool,
 }
 
-/// The first four bytes as a counter.
-pub(super) fn counter(payload: &[u8]) -> Option<u32> {
-    payload.first_chunk().map(|bytes| u32::from_le_bytes(*bytes))
-}
-
-/// Pairs by number. Of several sightings of a number at one end the first counts.
+/// Pairs by number.
 ///
 /// Whether the first and the last packets were lost cannot be told: the receiver's log may have begun later or ended
 /// before they arrived. Those without arrival that were sent before the first arrival, or within the longest delay
 /// before the last, are left out.
-pub(super) fn pair(sent: &[Sighting], received: &[Sighting], gaps: Gaps) -> Result<Trace, String> {
-    let (Some(first), Some(last)) = (
-        received.iter().map(|sighting| sighting.time).min(),
-        received.iter().map(|sighting| sighting.time).max(),
-    ) else {
+pub(super) fn pair(
+    mut main: Way,
+    others: Vec<Way>,
+    order: Order,
+    selection: &Selection<'_>,
+    about: &mut About,
+) -> Result<Trace, String> {
+    if main.received.len == 0 {
         return Err("the receiver saw none of the packets: check which log is which".into());
+    }
+    (main.sent, main.received) = (main.sent.sorted(), main.received.sorted());
+    if order.may_swap && is_swapped(&main) {
+        std::mem::swap(&mut main.sent, &mut main.received);
+        about.notes.push(
+            "of the two interfaces the second one is the sender's: packets are seen there first".into(),
+        );
+    }
+    let rounds = Rounds::of(&main.sent, main.modulus);
+    about.restarts = rounds.check(&main.sent)?;
+    let span = main.received.span;
+    let mut joined = join(&main.sent, main.received, &rounds);
+    drop(main.sent);
+    if joined.arrived == 0 {
+        return Err(format!(
+            "the receiver saw none of the packets that the sender's log has: it has {} others; check which log is which",
+            joined.strays
+        ));
+    }
+    check_delays(&joined, &rounds)?;
+    let relation = match order.has_two_clocks {
+        true => clock(&joined, others, selection)?,
+        false => None,
     };
-    let mut trace = Trace::default();
-    let mut arrivals: HashMap<u32, Nanoseconds> = HashMap::new();
-    for sighting in received {
-        let time = arrivals.entry(sighting.number).or_insert(sighting.time);
-        *time = sighting.time.min(*time);
+    let mut span = span.unwrap_or_default();
+    if let Some(relation) = &relation {
+        (joined, span) = corrected(joined, relation);
+        about.notes.push(relation.to_string());
+        about.clock = Some(relation.told());
     }
-    trace.duplicates = (received.len() - arrivals.len()) as u64;
-
-    let mut sent = sent.to_vec();
-    sent.sort_by_key(|sighting| sighting.time);
-    let mut seen = std::collections::HashSet::new();
-    // Numbers go on beyond 2^32; the offset leaves room below the first for packets that were sent out of order.
-    let mut newest: Option<(u32, u64)> = None;
-    for Sighting { number, time } in sent {
-        if !seen.insert(number) {
-            trace.duplicates += 1;
-            continue;
-        }
-        let sequence = match newest {
-            None => (1 << 32) | u64::from(number),
-            Some((before, sequence)) => {
-                sequence.wrapping_add_signed(i64::from(number.wrapping_sub(before) as i32))
-            }
-        };
-        if newest.is_none_or(|(_, highest)| sequence > highest) {
-            newest = Some((number, sequence));
-        }
-        let received = arrivals.remove(&number);
-        if let Some(problem) = received.and_then(|received| early(u64::from(number), time, received)) {
-            return Err(problem);
-        }
-        trace.packets.push(Packet { sequence, sent: Some(time), received });
+    if let Some((number, early)) = joined.first_early {
+        return Err(apart(&joined, number.wrapping_sub(START) % main.modulus, early));
     }
-    trace.strays = arrivals.len() as u64;
-
-    let delay = |packet: &Packet| Some(packet.received? - packet.sent?);
-    let longest = trace.packets.iter().filter_map(delay).max().unwrap_or(0);
-    let before = trace.packets.len();
-    trace.packets.retain(|packet| {
-        let decidable = |sent| sent >= first && sent <= last - longest;
-        packet.received.is_some() || packet.sent.is_some_and(decidable)
-    });
-    trace.undecided = (before - trace.packets.len()) as u64;
-    trace.packets.sort_by_key(|packet| packet.sequence);
-    trace.fill(gaps)?;
+    let longest = joined.delays.map_or(0, |(_, longest)| longest);
+    let mut trace = Trace::of(
+        joined.packets,
+        Some((span.0, span.1.saturating_sub(longest))),
+        selection.gaps.unwrap_or(Gaps::Ignore),
+    )?;
+    (trace.duplicates, trace.strays) = (joined.duplicates, joined.strays);
     Ok(trace)
+}
+
+/// Whether the first packets that both ends have are seen at the receiver first.
+fn is_swapped(main: &Way) -> bool {
+    const FIRST: usize = 10_000;
+    let head = |column: &Column| column.iter().take(FIRST).collect::<Column>();
+    let (sent, received) = (head(&main.sent), head(&main.received));
+    let rounds = Rounds::of(&sent, main.modulus);
+    let joined = join(&sent, received.clone(), &rounds);
+    let turned = join(&received, sent, &rounds);
+    2 * joined.early > joined.arrived || (rounds.is_narrow() && total(&turned) < total(&joined))
+}
+
+/// Sum of delays, of packets that arrived.
+fn total(joined: &Joined) -> i128 {
+    joined.packets.iter().filter_map(|(_, sent, received)| Some(i128::from(received? - sent))).sum()
+}
+
+/// Refuses delays that no link has.
+fn check_delays(joined: &Joined, rounds: &Rounds) -> Result<(), String> {
+    match joined.delays {
+        Some((0, 0)) if joined.arrived > FEW => Err(format!(
+            "all {} packets arrive in the instant they are sent: is it the same log twice? give one of each end",
+            joined.arrived
+        )),
+        Some((shortest, _)) if rounds.is_narrow() && shortest as f64 > rounds.round() / 2.0 => Err(format!(
+            "every packet takes at least {} s, more than half of the {} s in which its counter goes round: the clocks of the two ends \
+             are not synchronised, or the logs are in the wrong order (first the sender's)",
+            seconds(shortest),
+            rounds.round() / 1e9
+        )),
+        _ => Ok(()),
+    }
+}
+
+/// How the receiver's clock is to the sender's, if they are apart.
+fn clock(joined: &Joined, others: Vec<Way>, selection: &Selection<'_>) -> Result<Option<Relation>, String> {
+    let ways = others.into_iter().filter(|way| way.sent.len > 0 && way.received.len > 0).map(|way| {
+        let (sent, received) = (way.sent.sorted(), way.received.sorted());
+        let rounds = Rounds::of(&sent, way.modulus);
+        join(&sent, received, &rounds).packets
+    });
+    let ways: Vec<Packets> = ways.collect();
+    two_way::relation(&joined.packets, &ways, selection.shortest_delay)
+}
+
+/// Packets of one way that a log has paired already; with a shortest delay, two clocks are brought together.
+pub(super) fn of_one_way(joined: Joined, gaps: Gaps, selection: &Selection<'_>) -> Result<Trace, String> {
+    let relation = match selection.shortest_delay {
+        Some(_) => two_way::relation(&joined.packets, &[], selection.shortest_delay)?,
+        None => None,
+    };
+    with_clock(joined, relation.as_ref(), gaps)
+}
+
+/// Packets that a log has paired already, by two clocks of which the relation may be known.
+pub(super) fn with_clock(
+    mut joined: Joined,
+    relation: Option<&Relation>,
+    gaps: Gaps,
+) -> Result<Trace, String> {
+    let mut about = About::default();
+    if let Some(relation) = relation {
+        (joined, _) = corrected(joined, relation);
+        about.notes.push(relation.to_string());
+        about.clock = Some(relation.told());
+    }
+    if let Some((number, early)) = joined.first_early {
+        return Err(apart(&joined, number, early));
+    }
+    let mut trace = Trace::of(joined.packets, None, gaps)?;
+    (trace.duplicates, trace.strays, trace.about) = (joined.duplicates, joined.strays, about);
+    Ok(trace)
+}
+
+/// Packets with the times of arrival by the sender's clock, and the earliest and the latest of these.
+fn corrected(joined: Joined, relation: &Relation) -> (Joined, (Nanoseconds, Nanoseconds)) {
+    let mut all = Joined { duplicates: joined.duplicates, strays: joined.strays, ..Joined::default() };
+    let mut span = (Nanoseconds::MAX, Nanoseconds::MIN);
+    for (number, sent, received) in joined.packets.iter() {
+        let Some(received) = received else {
+            all.packets.push(number, sent, None);
+            continue;
+        };
+        // Only a packet that is under way while a clock is set can seem to be early still.
+        let received = relation.to_sender(received, sent).max(sent);
+        span = (span.0.min(received), span.1.max(received));
+        all.arrived(number, sent, received);
+    }
+    (all, span)
+}
+
+/// Why packets cannot have arrived before they were sent.
+fn apart(joined: &Joined, number: u64, early: Nanoseconds) -> String {
+    let order = match 10 * joined.early > 9 * joined.arrived {
+        true => "or the logs are in the wrong order: give first the sender's, then the receiver's; ",
+        false => "",
+    };
+    format!("{}; {order}{}", clocks::early(number, early), clocks::ADVICE)
 }

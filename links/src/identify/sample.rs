@@ -6,6 +6,10 @@ use super::trace::{Trace, TraceError};
 pub const LONGEST: usize = 999;
 /// A part of a cycle that is rounding, not time.
 const ROUNDING: f64 = 1e-9;
+/// Arrivals that are remembered to see which packets were overtaken.
+const MOST_WAITING: usize = 1 << 16;
+/// Among fates, which are delays up to [`LONGEST`].
+const LOST: u16 = u16::MAX;
 
 /// How times become cycles.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -30,9 +34,8 @@ impl Clock {
 /// What became of the packets, in the order sent.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Sample {
-    /// Delay in cycles, or lost; file after file.
-    pub fates: Vec<Option<usize>>,
-    /// Where files begin in `fates`: a packet and the last one of another file are no neighbours.
+    fates: Vec<u16>,
+    /// Where files begin among the fates: a packet and the last one of another file are no neighbours.
     pub begins: Vec<usize>,
     /// Packets by delay, up to the longest that occurs.
     pub counts: Vec<u64>,
@@ -60,18 +63,23 @@ impl Sample {
         };
         for trace in traces {
             sample.begins.push(sample.fates.len());
-            for packet in &trace.packets {
+            let mut overtaken = Overtaken::default();
+            for packet in trace.packets() {
                 let arrived = packet.sent.zip(packet.received);
                 let delay = arrived.map(|(sent, received)| clock.cycles(sent, received));
                 let fate = delay.filter(|&delay| delay <= clock.longest);
                 sample.late += u64::from(fate.is_none() && delay.is_some());
                 sample.count(fate);
+                if let Some(received) = packet.received {
+                    overtaken.arrived(received);
+                }
             }
-            sample.reordered += overtaken(trace);
+            sample.reordered += overtaken.count;
         }
         match sample.counts.is_empty() {
             true => Err(TraceError::Whole(format!(
-                "none of {} packets arrives within {} cycles: no delays to identify; check --sample-time and the logs",
+                "none of {} packets arrives within {} cycles: no delays to identify; check --sample-time, the unit of the times \
+                 and the logs",
                 sample.lost, clock.longest
             ))),
             false => Ok(sample),
@@ -79,7 +87,7 @@ impl Sample {
     }
 
     fn count(&mut self, fate: Option<usize>) {
-        self.fates.push(fate);
+        self.fates.push(fate.map_or(LOST, |delay| delay as u16));
         match fate {
             None => self.lost += 1,
             Some(delay) => {
@@ -101,27 +109,47 @@ impl Sample {
         self.packets() - self.lost
     }
 
-    /// The fates file by file.
-    pub fn files(&self) -> impl Iterator<Item = &[Option<usize>]> {
+    /// Delay in cycles, or lost, of the packets of a range; file after file.
+    pub fn fates(&self, range: std::ops::Range<usize>) -> impl Iterator<Item = Option<usize>> + '_ {
+        self.fates[range].iter().map(|&fate| read(fate))
+    }
+
+    /// Where the packets of each file are among the fates.
+    pub fn files(&self) -> impl Iterator<Item = std::ops::Range<usize>> + '_ {
         let ends = self.begins.iter().skip(1).copied().chain([self.fates.len()]);
-        self.begins.iter().zip(ends).map(|(&begin, end)| &self.fates[begin..end])
+        self.begins.iter().zip(ends).map(|(&begin, end)| begin..end)
     }
 
     /// Each packet with the one sent after it.
-    pub fn neighbours(&self) -> impl Iterator<Item = (Option<usize>, Option<usize>)> {
-        self.files().flat_map(|file| file.windows(2).map(|pair| (pair[0], pair[1])))
+    pub fn neighbours(&self) -> impl Iterator<Item = (Option<usize>, Option<usize>)> + '_ {
+        self.files().flat_map(|file| self.fates[file].windows(2).map(|pair| (read(pair[0]), read(pair[1]))))
     }
 }
 
-/// Packets that arrive after one which was sent later.
-fn overtaken(trace: &Trace) -> u64 {
-    let mut earliest = i64::MAX;
-    let mut overtaken = 0;
-    for received in trace.packets.iter().rev().filter_map(|packet| packet.received) {
-        overtaken += u64::from(received > earliest);
-        earliest = earliest.min(received);
+fn read(fate: u16) -> Option<usize> {
+    (fate != LOST).then_some(usize::from(fate))
+}
+
+/// Counts packets that arrive after one which was sent later, as packets come in the order sent.
+#[derive(Debug, Default)]
+struct Overtaken {
+    count: u64,
+    /// Arrivals, ascending, that a packet sent later may still come before.
+    waiting: Vec<i64>,
+}
+
+impl Overtaken {
+    fn arrived(&mut self, received: i64) {
+        // Whatever arrives after this packet and was sent before it is overtaken, once.
+        let before = self.waiting.partition_point(|&earlier| earlier <= received);
+        self.count += (self.waiting.len() - before) as u64;
+        self.waiting.truncate(before);
+        self.waiting.push(received);
+        // No packet is under way while twice that many others arrive.
+        if self.waiting.len() > 2 * MOST_WAITING {
+            self.waiting.drain(..MOST_WAITING);
+        }
     }
-    overtaken
 }
 
 #[cfg(test)]
@@ -135,5 +163,12 @@ mod tests {
         assert_eq!(cycles, [0, 0, 1, 1, 3]);
         let shifted = Clock { offset: 0.004, ..clock };
         assert_eq!([5_999_999, 6_000_000].map(|late| shifted.cycles(0, late)), [0, 1]);
+    }
+
+    #[test]
+    fn a_packet_that_several_overtake_counts_once() {
+        let mut overtaken = Overtaken::default();
+        [50, 20, 30, 90, 85, 86, 95].into_iter().for_each(|time| overtaken.arrived(time));
+        assert_eq!(overtaken.count, 2);
     }
 }

@@ -1,27 +1,18 @@
 //! [`Trace`]: the packets of one log in the order sent. Formats are read elsewhere.
 
-use super::time::{Nanoseconds, seconds};
+pub use super::packets::Packet;
+use super::{about::About, packets::Packets, time::Nanoseconds};
 use std::path::{Path, PathBuf};
 
-/// One packet.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Packet {
-    /// Its number.
-    pub sequence: u64,
-    /// When it was sent, in nanoseconds; unknown for one that only a gap tells of.
-    pub sent: Option<i64>,
-    /// When it arrived, in nanoseconds; never, if it was lost.
-    pub received: Option<i64>,
-}
-
 /// The packets of one log, each once and in the order sent.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Trace {
-    /// In the order sent.
-    pub packets: Vec<Packet>,
+    packets: Packets,
+    /// A packet without arrival counts as lost only if it was sent within this time.
+    decidable: Option<(Nanoseconds, Nanoseconds)>,
     /// Numbers that are missing in the sequence.
     pub missing: u64,
-    /// Whether the missing ones are in `packets` as lost.
+    /// Whether the missing ones are among the packets as lost.
     pub missing_are_lost: bool,
     /// Packets that were seen again; only the first arrival counts.
     pub duplicates: u64,
@@ -29,6 +20,8 @@ pub struct Trace {
     pub strays: u64,
     /// Packets sent before the receiver's log began or too close to its end to tell whether they are lost; not counted.
     pub undecided: u64,
+    /// Where the packets come from.
+    pub about: About,
 }
 
 /// What is wrong with a log, where, and how to mend it.
@@ -67,17 +60,6 @@ impl TraceError {
     }
 }
 
-/// Why a packet cannot have arrived before it was sent.
-pub(super) fn early(sequence: u64, sent: Nanoseconds, received: Nanoseconds) -> Option<String> {
-    (received < sent).then(|| {
-        format!(
-            "packet {sequence} arrives {:e} s before it is sent: the clocks of the two ends are not synchronised; \
-             take both times from one clock, or synchronise the clocks (PTP, chrony) to a small part of a cycle and log again",
-            seconds(sent - received)
-        )
-    })
-}
-
 /// What numbers missing in a sequence mean.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Gaps {
@@ -88,34 +70,57 @@ pub enum Gaps {
 }
 
 impl Trace {
-    /// Counts numbers that are missing, and adds them as lost packets if `gaps` says so. Numbers must be ascending.
+    /// Of packets with ascending numbers. Those without arrival count as lost only if sent within `decidable`. Numbers that
+    /// are missing between the others are lost packets if `gaps` says so.
     ///
     /// # Errors
     /// More numbers missing than ten times the packets there are, which is a restart or another counter.
-    pub(super) fn fill(&mut self, gaps: Gaps) -> Result<(), String> {
-        let next_to = |pair: &[Packet]| pair[1].sequence.saturating_sub(pair[0].sequence + 1);
-        self.missing = self.packets.windows(2).map(next_to).fold(0, u64::saturating_add);
-        self.missing_are_lost = gaps == Gaps::Lost && self.missing > 0;
-        if !self.missing_are_lost {
-            return Ok(());
+    pub(super) fn of(
+        packets: Packets,
+        decidable: Option<(Nanoseconds, Nanoseconds)>,
+        gaps: Gaps,
+    ) -> Result<Self, String> {
+        let mut trace = Self { packets, decidable, ..Self::default() };
+        let (mut before, mut count, mut missing) = (None, 0_u64, 0_u64);
+        for packet in trace.logged() {
+            let step = before.map_or(0, |before| packet.sequence.saturating_sub(before).saturating_sub(1));
+            missing = missing.saturating_add(step);
+            before = Some(packet.sequence);
+            count += 1;
         }
-        if self.missing > 10 * self.packets.len() as u64 {
+        trace.missing = missing;
+        trace.undecided = trace.packets.len - count;
+        trace.missing_are_lost = gaps == Gaps::Lost && trace.missing > 0;
+        if trace.missing_are_lost && trace.missing > 10 * count {
             return Err(format!(
-                "{} numbers are missing in a sequence of {} packets: did the sender restart? give one file per run, \
+                "{} numbers are missing in a sequence of {count} packets: did the sender restart? give one file per run, \
                  or --gaps ignore if the sender does not send in every cycle",
-                self.missing,
-                self.packets.len()
+                trace.missing
             ));
         }
-        let mut filled: Vec<Packet> = Vec::with_capacity(self.packets.len() + self.missing as usize);
-        for &packet in &self.packets {
-            if let Some(before) = filled.last().map(|last| last.sequence) {
-                let lost = |sequence| Packet { sequence, sent: None, received: None };
-                filled.extend((before + 1..packet.sequence).map(lost));
+        Ok(trace)
+    }
+
+    fn logged(&self) -> impl Iterator<Item = Packet> + '_ {
+        let packets = self.packets.iter();
+        packets.filter_map(move |(sequence, sent, received)| {
+            let decided = self.decidable.is_none_or(|(from, to)| (from..=to).contains(&sent));
+            (received.is_some() || decided).then_some(Packet { sequence, sent: Some(sent), received })
+        })
+    }
+
+    /// The packets in the order sent.
+    pub fn packets(&self) -> impl Iterator<Item = Packet> + '_ {
+        let mut logged = self.logged().peekable();
+        let mut next = logged.peek().map_or(0, |first| first.sequence);
+        std::iter::from_fn(move || {
+            let packet = logged.peek()?;
+            if self.missing_are_lost && packet.sequence > next {
+                next += 1;
+                return Some(Packet { sequence: next - 1, sent: None, received: None });
             }
-            filled.push(packet);
-        }
-        self.packets = filled;
-        Ok(())
+            next = packet.sequence.saturating_add(1);
+            logged.next()
+        })
     }
 }

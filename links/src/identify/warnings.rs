@@ -94,8 +94,25 @@ fn log(figures: &Figures) -> Vec<String> {
         (log.missing, missing),
         (log.duplicates, ("packets logged again, of which the first arrival counts", "")),
         (log.strays, ("packets received that the sender's log does not have, not counted", "")),
+        (
+            log.restarts,
+            (
+                "jumps of the sender's counter that are against the time",
+                "; if the sender did restart, the log holds two runs: give one file per run",
+            ),
+        ),
         (log.late, ("packets later than --longest, counted as lost", "")),
     ];
+    let dropped = (log.dropped > 0).then(|| {
+        format!(
+            "the logger itself dropped {} frames: whether they were packets of the link, nobody can tell from losses; log again with a \
+             larger buffer (candump -r) or a filter",
+            log.dropped
+        )
+    });
     let said = several.iter().filter(|(count, _)| *count > 0);
-    said.map(|(count, (what, advice))| format!("{what}: {count}{advice}")).collect()
+    dropped
+        .into_iter()
+        .chain(said.map(|(count, (what, advice))| format!("{what}: {count}{advice}")))
+        .collect()
 }

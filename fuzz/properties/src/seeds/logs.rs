@@ -42,8 +42,73 @@ pub(super) fn seeds() -> Vec<Seed> {
         ("candump_of_frames", log(RECOGNISED, framed.collect::<String>().as_bytes())),
         ("two_captures", log([3, 2, 2, part as u8, 9], &[sent, received].concat())),
         ("one_capture", log(RECOGNISED, &capture([(0, frame(0))]))),
+        ("view_of_candump", log([4, 2, 4, 0, 9], VIEW)),
+        ("vector_asc", log([5, 2, 4, 0, 9], ASC)),
+        ("vector_blf", log([6, 2, 4, 0, 9], &blf())),
+        ("peak_trc", log([7, 2, 4, 0, 9], TRC)),
+        ("python_can_printed", log([8, 2, 4, 0, 9], PRINTED)),
+        ("python_can_csv", log([9, 2, 4, 128, 9], &[PYTHON_CAN_CSV, PYTHON_CAN_CSV].concat())),
+        ("irtt", log([10, 2, 2, 0, 9], IRTT)),
+        ("owping", log([11, 2, 2, 0, 9], OWPING)),
+        ("ping", log([12, 2, 2, 0, 9], PING)),
+        ("fping", log([13, 2, 2, 0, 9], FPING)),
         ("no_log", log(RECOGNISED, b"\x0a\x0d\x0d\x0a and so on")),
     ]
+}
+
+const VIEW: &[u8] = b" (000.000000)  can0  123   [2]  00 09\n (000.002000)  can1  123   [2]  00 09\n\
+ (000.010000)  can0  123   [2]  01 07\n (000.012000)  can0  20000088   [8]  00 00 08 00 00 00 00 00   ERRORFRAME\n\
+ (000.020000)  can0  123   [2]  02 08\n (000.023000)  can1  123   [2]  02 08\n";
+
+const ASC: &[u8] = b"date Tue Nov 14 22:13:20 2023\nbase hex  timestamps absolute\n   0.000000 can0  123             Rx   d 2 00 55\n\
+   0.010000 1  123             Rx   d 2 01 55\n   0.020000 CANFD   1 Rx        123   1 0 2  2 02 55\n   0.03 2  ErrorFrame\n";
+
+const TRC: &[u8] = b";$FILEVERSION=2.1\n;$COLUMNS=N,O,T,B,I,d,R,L,D\n      0         0.000 DT can0     0123 Tx -  2    00 00\n\
+      1         4.700 DT can1     0123 Rx -  2    00 00\n      2        10.000 DT can0     0123 Tx -  2    01 00\n      3 11 RR can0 0123 Tx - 0\n";
+
+const PRINTED: &[u8] =
+    b"Timestamp: 1.5    ID:      123    S Tx                DL:  2    00 01     Channel: can0\n\
+Timestamp: 1.51    ID:      123    S Tx                DL:  2    01 01     Channel: can0\n\
+Timestamp: 1.52    ID:      123    S Rx                DL:  2    02 01     Channel: can1\n";
+
+const PYTHON_CAN_CSV: &[u8] =
+    b"timestamp,arbitration_id,extended,remote,error,dlc,data\n1.5,0x123,0,0,0,2,AAE=\n\
+1.51,0x123,0,0,0,2,AQE=\n1.52,0x123,0,0,0,2,AgE=\n1.53,0x123,0,0,0,2,AwE=\n";
+
+const IRTT: &[u8] = br#"{"round_trips":[{"seqno":0,"lost":"false","timestamps":{"client":{"receive":{"wall":30},"send":{"wall":0}},
+"server":{"receive":{"wall":15},"send":{"wall":16}}}},{"seqno":1,"lost":"true_up","timestamps":{"client":{"receive":{},"send":{"wall":9}},
+"server":{"receive":{},"send":{}}}}]}"#;
+
+const OWPING: &[u8] = b"0 16788979058578197944 1 6.1e-05 16788979058594647669 1 7.3e-05 64\n\
+1 16788979058621147617 1 6.1e-05 00000000000000000000 0 0 255\n";
+
+const PING: &[u8] =
+    b"PING\n[1.5] 64 bytes from a: icmp_seq=1 ttl=64 time=0.110 ms\n[1.52] no answer yet for icmp_seq=2\n\
+[1.54] 64 bytes from a: icmp_seq=3 ttl=64 time=31.4 ms\n";
+
+const FPING: &[u8] = b"[1.5] a : [0], 64 bytes, 0.035 ms (0.035 avg, 0% loss)\n[1.52] a : [1], timed out (0.043 avg, 2% loss)\n";
+
+/// Two frames in one container that is not packed.
+fn blf() -> Vec<u8> {
+    let object = |of: u32, body: &[u8]| {
+        let length = 16 + body.len() as u32;
+        [
+            &b"LOBJ"[..],
+            &[if of == 10 { 16 } else { 32 }, 0, 1, 0],
+            &length.to_le_bytes(),
+            &of.to_le_bytes(),
+            body,
+        ]
+        .concat()
+    };
+    let frame = |time: u64, channel: u8, count: u8| {
+        let header = [&[2, 0, 0, 0, 0, 0, 0, 0][..], &time.to_le_bytes()].concat();
+        object(86, &[&header[..], &[channel, 0, 0, 2, 0x23, 1, 0, 0], &[count, 0, 0, 0, 0, 0, 0, 0]].concat())
+    };
+    let inside =
+        [frame(0, 1, 0), frame(1_999_990, 2, 0), frame(10_000_000, 1, 1), frame(20_000_000, 1, 2)].concat();
+    let container = [&[0; 8][..], &(inside.len() as u32).to_le_bytes(), &[0; 4], &inside].concat();
+    [&b"LOGG"[..], &8_u32.to_le_bytes(), &object(10, &container)].concat()
 }
 
 /// A capture in the classic format, of raw IPv4 and UDP, with microseconds.
