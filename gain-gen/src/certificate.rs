@@ -54,6 +54,12 @@ pub enum NotCertified {
          and with controller.estimator = \"single\" the law for known ages has a certificate"
     )]
     Unacknowledged,
+    /// The law is one for packets at fixed times or for a trigger that counts on them, and what would prove its rate is not written yet.
+    #[error(
+        "no certificate: the law is made for packets in every p-th cycle, and of that there is none; the report has its rate, and with \
+         event.base = 1 the law for a packet in every cycle has a certificate"
+    )]
+    Scheduled,
     /// No matrices were found that pass the check; the loop is too close to the limit of stability.
     #[error("no certificate: with a mean-square rate of {} the matrices found fail the check: {reason}", figure(*rate))]
     OutOfReach {

@@ -65,6 +65,18 @@ pub(crate) fn grouped(count: usize) -> String {
     text
 }
 
+/// 1st, 2nd, 3rd, 4th.
+pub(crate) fn ordinal(number: usize) -> String {
+    let ending = match (number % 100, number % 10) {
+        (11..=13, _) => "th",
+        (_, 1) => "st",
+        (_, 2) => "nd",
+        (_, 3) => "rd",
+        _ => "th",
+    };
+    format!("{number}{ending}")
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

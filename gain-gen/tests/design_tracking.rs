@@ -85,10 +85,7 @@ fn tracking_events_and_hold_go_together() {
     let design = tanks(&format!(
         "{LEVEL}tracking.set_point = [3]\nevent.send_cost = 2.5\ncontroller.default_input = \"hold\""
     ));
-    assert_eq!(
-        (design.event, design.controller.default_input),
-        (Some(Event { send_cost: 2.5 }), DefaultInput::Hold)
-    );
+    assert_eq!((design.event, design.controller.default_input), (Some(Event::at(2.5)), DefaultInput::Hold));
     assert!(matches!(tracking(&design).goal, Goal::SetPoint(_)));
 }
 

@@ -333,14 +333,14 @@ fn mirrored_entries_are_compared_in_the_units_of_their_diagonal() {
 #[test]
 fn an_event_triggered_pendulum_is_the_pendulum_with_a_price_of_packets() {
     let (mut event, pendulum) = (example("pendulum_event"), example("pendulum"));
-    assert_eq!(event.event.take(), Some(Event { send_cost: 1000.0 }));
+    assert_eq!(event.event.take(), Some(Event::at(1000.0)));
     assert_eq!(event.controller.sequence_length, 8);
     event.name.clone_from(&pendulum.name);
     event.controller.sequence_length = pendulum.controller.sequence_length;
     assert_eq!(event, pendulum);
     assert_eq!(
         Design::parse(&format!("{SHORT}event.send_cost = 0"), "tank").unwrap().event,
-        Some(Event { send_cost: 0.0 })
+        Some(Event::at(0.0))
     );
 }
 

@@ -78,7 +78,7 @@ fn drawn<T: Scalar>(
         displaced: feedforward.displaced,
         played,
     };
-    let benefit = trigger.benefit(gains, &in_flight, &candidate, &mut [SVector::zeros(); 3]);
+    let benefit = trigger.benefit(gains, &in_flight, &candidate, &mut [SVector::zeros(); 3], &mut []);
     (feedforward.inputs.iter().chain(feedforward.displaced).copied().collect(), benefit)
 }
 

@@ -83,7 +83,7 @@ fn wrong_input_exits_with_2_and_says_why() {
     says(run("missing.toml", &[]), "missing.toml");
     says(
         run("pendulum.toml", &["--controllers", "pid"]),
-        "no controller is called `pid`; there are: slqg, slqg-always, slqg-no-preview, slqg-channel, slqg-tuning, slqg-told, slqg-task, slqg-udp, slqg-udp-rounded, lqg",
+        "no controller is called `pid`; there are: slqg, slqg-always, slqg-periodic, slqg-no-preview, slqg-channel, slqg-tuning, slqg-told, slqg-task, slqg-udp, slqg-udp-rounded, lqg",
     );
     says(run("pendulum.toml", &["--sequence-length", "0"]), "--sequence-length");
     says(run("pendulum.toml", &["--sequence-length", "40"]), "controller.sequence_length: found 40");

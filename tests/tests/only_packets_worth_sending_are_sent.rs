@@ -61,7 +61,7 @@ fn packets_that_cost_nothing_are_sent_as_if_there_were_no_trigger() {
         let mut design = design(text, 6);
         design.event = None;
         let plain = outcome(&design, Kind::Slqg).expect("stable");
-        design.event = Some(Event { send_cost: 0.0 });
+        design.event = Some(Event::at(0.0));
         let triggered = outcome(&design, Kind::Slqg).expect("stable");
         assert_eq!(triggered.costs, plain.costs, "bit for bit");
         assert_eq!(triggered.summary.send_rate, 1.0);
@@ -74,7 +74,7 @@ fn dearer_packets_are_sent_more_rarely() {
     let mut design = design(GOOD, 6);
     let mut last = 1.0;
     for send_cost in [1e-4, 1e-2, 1.0, 100.0] {
-        design.event = Some(Event { send_cost });
+        design.event = Some(Event::at(send_cost));
         let rate = outcome(&design, Kind::Slqg).expect("stable").summary.send_rate;
         assert!(rate < last, "{rate} at {send_cost}");
         last = rate;

@@ -27,7 +27,7 @@ fn weight(root: &[f64], size: usize, floor: f64) -> DMatrix<f64> {
 fn problems(default_input: DefaultInput) -> impl Strategy<Value = (LoopProblem, usize)> {
     let matrices = (numbers(9), numbers(6), numbers(9), numbers(4));
     let link = (proptest::collection::vec(0u32..100, 1..6), 1u32..60);
-    (matrices, link, 1..=2_usize, 1..=4_usize, 1..=4_usize).prop_map(
+    (matrices, link, 1..=2_usize, 1..=4_usize, 1..=6_usize).prop_map(
         move |((a, b, q, r), (weights, loss), inputs, length, period)| {
             let total = f64::from(weights.iter().sum::<u32>() + loss);
             let delays = weights.iter().map(|&weight| f64::from(weight) / total).collect();

@@ -3,7 +3,7 @@
 
 use gain_gen::{
     design::DelayDistribution,
-    solve::{LoopProblem, Method, Rollout, Situation, TriggerTables, solve, trigger_tables},
+    solve::{LoopProblem, Method, Rollout, Situation, TriggerTables, schedule, solve, trigger_tables},
 };
 use nalgebra::{DMatrix, DVector, SVector};
 use proptest::prelude::*;
@@ -133,7 +133,7 @@ fn benefit(gains: &Gains<'_, f64, STATES, INPUTS>, tables: &TriggerTables, known
     gains.fill_sequence(&known.state, expected, &mut inputs);
     let inputs = &inputs[..gains.length()];
     let candidate = Candidate { posterior_mean: &known.state, expected, inputs, displaced: &[], played };
-    trigger.benefit(gains, &in_flight, &candidate, &mut scratch)
+    trigger.benefit(gains, &in_flight, &candidate, &mut scratch, &mut [])
 }
 
 fn agrees(default_input: DefaultInput) {
@@ -175,4 +175,74 @@ fn with_zero_default_input_on_500_random_situations() {
 #[test]
 fn with_hold_default_input_on_500_random_situations() {
     agrees(DefaultInput::Hold);
+}
+
+/// Longest period of the schedules that later packets follow.
+const LONGEST_PERIOD: usize = 6;
+
+/// Against a rollout over every p-th packet: the price at which sending now is as good as the best moment to wait for.
+fn agrees_over_schedules(default_input: DefaultInput) {
+    let mut runner = TestRunner::deterministic();
+    let (mut compared, mut worst) = (0, 0.0_f64);
+    for length in 1..=LONGEST {
+        let mut loops = 0;
+        while loops < LOOPS {
+            let problem = problems(length, default_input).new_tree(&mut runner).expect("a problem").current();
+            let period = 1 + (loops + length) % LONGEST_PERIOD;
+            let Some(found) = schedule(&problem, period).filter(|found| found.mean_square_rate < 0.97) else {
+                continue;
+            };
+            let rollout = Rollout::over_schedule(&problem, period).expect("it converges");
+            loops += 1;
+            let nothing = DMatrix::zeros(STATES, STATES);
+            let tables = found.trigger(&problem, &nothing, &nothing);
+            let trigger = Trigger::<f64, STATES, INPUTS>::check_schedule(
+                length,
+                default_input,
+                NonNegative::<f64>::new(1.0),
+                tables.as_tables().expect("finite tables"),
+            )
+            .expect("tables of the right shape");
+            let (lx, m) = (found.law.lx.transpose(), found.law.m.transpose());
+            let arrays = Tables::check(lx.as_slice(), m.as_slice(), &found.law.arrival).expect("numbers");
+            let gains = Gains::<f64, STATES, INPUTS>::check(length, default_input, arrays).expect("gains");
+            for _ in 0..SITUATIONS {
+                let known = knowns(length).new_tree(&mut runner).expect("a situation").current();
+                let savings = rollout.savings(&known.situation(default_input));
+                let price = |(wait, saving): (usize, &f64)| saving * period as f64 / (wait + 1) as f64;
+                let expected = savings.iter().enumerate().map(price).fold(f64::INFINITY, f64::min);
+                let (in_flight, played) = known.in_flight();
+                let [mut room, mut inputs, mut scratch] = [[SVector::zeros(); LONGEST]; 3];
+                let expected_inputs = in_flight.fill_expected(&gains, &played, &mut room);
+                gains.fill_sequence(&known.state, expected_inputs, &mut inputs);
+                let candidate = Candidate {
+                    posterior_mean: &known.state,
+                    expected: expected_inputs,
+                    inputs: &inputs[..length],
+                    displaced: &[],
+                    played,
+                };
+                let mut numbers = vec![0.0; trigger.numbers_len()];
+                let benefit = trigger.benefit(&gains, &in_flight, &candidate, &mut scratch, &mut numbers);
+                let size = savings.iter().fold(1e-3, |size: f64, saving| size.max(saving.abs()));
+                let difference = (benefit - expected).abs() / size;
+                worst = worst.max(difference);
+                assert!(difference < 1e-9, "N = {length}, p = {period}: {benefit} for {expected}, {known:?}");
+                compared += 1;
+            }
+        }
+    }
+    eprintln!(
+        "{default_input:?}: {compared} situations over schedules, worst relative difference {worst:.1e}"
+    );
+}
+
+#[test]
+fn with_later_packets_on_a_schedule_and_zero_default_input() {
+    agrees_over_schedules(DefaultInput::Zero);
+}
+
+#[test]
+fn with_later_packets_on_a_schedule_and_hold_default_input() {
+    agrees_over_schedules(DefaultInput::Hold);
 }

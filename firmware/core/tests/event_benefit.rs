@@ -201,7 +201,7 @@ fn benefits<const NU: usize>(situation: &Situation, plant: &Plant<NU>) -> (f64, 
         let trigger = Trigger::<f64, NX, NU>::check(length, default_input, send_cost, tables.borrow());
         let trigger = trigger.expect("tables of the right shape");
         let mut room = vec![SVector::zeros(); gains.in_flight()];
-        let found = trigger.benefit(gains, in_flight, &candidate, &mut room);
+        let found = trigger.benefit(gains, in_flight, &candidate, &mut room, &mut []);
         let with = expected_cost(situation, plant, &to_go, Some(&inputs));
         let without = expected_cost(situation, plant, &to_go, None);
         (found, without - with, with.abs() + without.abs())

@@ -53,7 +53,7 @@ fn benefit<T: Scalar>(bench: &Bench<T>, numbers: &[f64], sent: [bool; LENGTH], a
     let inputs = lent::sequence(&gains, &state, &expected);
     let candidate =
         Candidate { posterior_mean: &state, expected: &expected, inputs: &inputs, displaced: &[], played };
-    bench.trigger(0.0).benefit(&gains, &in_flight, &candidate, lent::inputs(LENGTH)).widen()
+    bench.trigger(0.0).benefit(&gains, &in_flight, &candidate, lent::inputs(LENGTH), &mut []).widen()
 }
 
 #[test]
@@ -118,7 +118,7 @@ fn the_decision_is_about_the_sequence_with_its_feedforward_and_what_it_displaces
                 let (expected, inputs) = (&expected[..], &inputs[..]);
                 let candidate = Candidate { posterior_mean: state, expected, inputs, displaced, played };
                 let mut room = [SVector::zeros(); LENGTH];
-                trigger.is_worth_sending(trigger.benefit(&gains, &in_flight, &candidate, &mut room))
+                trigger.is_worth_sending(trigger.benefit(&gains, &in_flight, &candidate, &mut room, &mut []))
             };
             assert_eq!(frame.is_some(), decides(&displaced), "cycle {tick}");
             otherwise += u32::from(frame.is_some() != decides(&[]));

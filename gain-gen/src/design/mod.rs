@@ -37,7 +37,7 @@ pub use controller::{ControllerSettings, DeviceScalar, LONGEST_SEQUENCE};
 pub use cost::Cost;
 pub use error::DesignError;
 pub use estimator::NotLinear;
-pub use event::Event;
+pub use event::{Base, Event, Rule};
 pub use length_choice::{LengthChoice, LongSequences};
 pub use network::{Acknowledgement, Network};
 pub use places::Places;
@@ -127,7 +127,7 @@ impl Design {
         let mut network = Network::read(&root, origin, plant.sample_time)?;
         let (controller, tolerance) =
             ControllerSettings::read(&root, plant.inputs(), network.sensor_to_controller.largest_delay())?;
-        let event = Event::read(&root)?;
+        let event = Event::read(&root, tracking.is_some())?;
         let wire = WireSettings::read(&root, &plant, &controller, &mut network)?;
         let authentication = Authentication::read(&root, &wire)?;
         let name = name.text()?.into();

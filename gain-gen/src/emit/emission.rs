@@ -2,7 +2,7 @@
 
 use super::standing::Standing;
 use crate::design::Design;
-use crate::solve::{FiniteHorizon, Law, PreviewGains, TriggerTables, Unacknowledged};
+use crate::solve::{FiniteHorizon, Law, PreviewGains, Scheduled, TriggerTables, Unacknowledged};
 use nalgebra::DMatrix;
 use slqg::estimator::Merging;
 
@@ -17,6 +17,8 @@ pub struct Emission<'r> {
     pub unacknowledged: Option<&'r Unacknowledged>,
     /// What a reference adds to it; `None` if the design follows none, or with a task.
     pub preview: Option<&'r PreviewGains>,
+    /// The schedule that packets follow, or are taken to follow later; `None` if they are taken to be sent in every cycle, or with a task.
+    pub scheduled: Option<&'r Scheduled>,
     /// What sending a packet is worth; `None` if the design sends in every cycle, or with a task.
     pub trigger: Option<&'r TriggerTables>,
     /// Time-varying gains in the place of the law.

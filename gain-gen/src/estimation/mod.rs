@@ -124,6 +124,8 @@ pub struct Estimation {
     pub cost_lower: f64,
     /// At most this is the long-run cost per step; infinite if no bound is known.
     pub cost_upper: f64,
+    /// Of the plant, `nx`.
+    states: usize,
 }
 
 impl Estimation {
@@ -131,6 +133,24 @@ impl Estimation {
     pub fn sight(&self) -> Sight {
         let limit = self.limit.as_ref().map_or(0.0, |limit| limit.upper);
         Sight { arrival: self.arrival, limit, verdict: self.verdict, channel: self.channel }
+    }
+
+    /// Covariance of the error, `nx x nx`: its bound from above, or the one from below where there is none; zero where there is neither.
+    pub fn error_covariance(&self) -> DMatrix<f64> {
+        let CovarianceBounds { lower, upper } = &self.covariance;
+        let known = upper.as_ref().or(lower.as_ref()).cloned();
+        known.unwrap_or_else(|| DMatrix::zeros(self.states, self.states))
+    }
+
+    /// The same for a loop that sends at fixed times: `control` is its cost per cycle with the state known, and `weight` what a squared
+    /// error of the estimate costs per cycle, `nx x nx`.
+    pub(crate) fn of_schedule(self, control: f64, weight: &DMatrix<f64>) -> Self {
+        let cost = |covariance: &Option<DMatrix<f64>>| {
+            let of_error = |covariance: &DMatrix<f64>| weight.component_mul(covariance).sum().max(0.0);
+            covariance.as_ref().map_or(f64::INFINITY, |covariance| control + of_error(covariance))
+        };
+        let (cost_lower, cost_upper) = (cost(&self.covariance.lower), cost(&self.covariance.upper));
+        Self { cost_lower, cost_upper, ..self }
     }
 
     /// Judges the estimator of `design`, whose gains are `solution`.
@@ -162,7 +182,17 @@ impl Estimation {
             _ => f64::INFINITY,
         };
         let (cost_lower, cost_upper) = (cost(&covariance.lower), cost(&covariance.upper));
-        Self { arrival, critical, limit, verdict, channel, covariance, cost_lower, cost_upper }
+        Self {
+            arrival,
+            critical,
+            limit,
+            verdict,
+            channel,
+            covariance,
+            cost_lower,
+            cost_upper,
+            states: plant.states(),
+        }
     }
 }
 

@@ -46,9 +46,10 @@ impl Report {
         let unacknowledged = self.unacknowledged.as_ref().filter(|_| goes_on);
         Ok(Emission {
             design: &self.design,
-            law: unacknowledged.map_or(&self.solution.law, |found| &found.law),
+            law: if goes_on { self.law() } else { &self.solution.law },
             unacknowledged,
             preview: self.preview.as_ref().and_then(|gains| gains.as_ref().ok()).filter(|_| goes_on),
+            scheduled: self.scheduled.as_ref().filter(|_| goes_on),
             trigger: self.trigger.as_ref().filter(|_| goes_on),
             task: self.task.as_ref().map(|gains| TaskGains {
                 gains,

@@ -21,9 +21,9 @@ use crate::estimation::Estimation;
 use crate::figure;
 use crate::margins::{Margins, NotGiven, margins};
 use crate::solve::{
-    FiniteHorizon, Law, LoopProblem, Method, Outcome, PreviewGains, PreviewTooLong, Schedules, Solution,
-    Start, TriggerTables, Unacknowledged, age_transitions, applied_costs, critical_length, emitted_rate,
-    if_linear, shortest_unacknowledged, trigger_tables,
+    FiniteHorizon, Law, LoopProblem, Method, Outcome, PreviewGains, PreviewTooLong, Scheduled, Schedules,
+    Solution, Start, TriggerTables, Unacknowledged, age_transitions, applied_costs, critical_length,
+    emitted_rate, if_linear, scheduled, shortest_unacknowledged, trigger_tables,
 };
 use crate::stability;
 use crate::warnings::{self, Warning};
@@ -76,6 +76,9 @@ pub struct Report {
     pub preview: Option<Result<PreviewGains, PreviewTooLong>>,
     /// What sending a packet is worth; `None` if the design sends in every cycle, or no steady state was found.
     pub trigger: Option<TriggerTables>,
+    /// The schedule that later packets are taken to follow, or all do; `None` if a packet is taken to be sent in every cycle, or no
+    /// schedule was found.
+    pub scheduled: Option<Scheduled>,
     /// What packets at fixed times cost instead; `None` if packets have no price, with `[tracking]`, whose cost depends on the
     /// reference, or if no schedule is shown to stabilise the loop.
     pub schedules: Option<Schedules>,
@@ -113,14 +116,31 @@ impl Report {
         let steady = in_flight.as_ref().unwrap_or(&solution);
         let estimation = Estimation::of(design, &solution);
         let unacknowledged = if_linear(design, &problem, &solution);
-        let emitted_rate = emitted_rate(design, &problem, &solution, unacknowledged.as_ref());
+        let schedules = schedules(design, &problem, &estimation);
+        let found = scheduled(design, &problem, &estimation.error_covariance());
+        let not_scheduled = found.as_ref().err().copied();
+        let scheduled = found.ok().flatten();
+        let emitted_rate = match &scheduled {
+            Some(found) => found.schedule.emitted_rate(design.controller.scalar),
+            None => emitted_rate(design, &problem, &solution, unacknowledged.as_ref()),
+        };
+        let estimation = match &scheduled {
+            Some(Scheduled { schedule, .. }) => {
+                let weight = schedule.error_weight(&problem) / schedule.period as f64;
+                estimation.of_schedule(schedule.control_cost(&design.plant.process_noise), &weight)
+            }
+            None => estimation,
+        };
         let on_channel = channels::control(design, &problem, &solution);
         let costs = design.controller.input_limits.as_ref().and_then(|_| applied_costs(&problem, &solution));
         Self {
             on_channel,
             preview: PreviewGains::of(design, steady),
-            trigger: design.event.and_then(|_| trigger_tables(&problem, steady)),
-            schedules: schedules(design, &problem, &estimation),
+            trigger: design
+                .event
+                .filter(|_| scheduled.is_none() && not_scheduled.is_none())
+                .and_then(|_| trigger_tables(&problem, steady)),
+            schedules,
             emitted_rate,
             failed_conditions: condition::failed(
                 design,
@@ -130,7 +150,10 @@ impl Report {
                 estimation.sight(),
                 on_channel,
                 (n_crit, || shortest_unacknowledged(design)),
-            ),
+            )
+            .into_iter()
+            .chain(not_scheduled.filter(|_| solution.is_stabilising()).map(FailedCondition::NotScheduled))
+            .collect(),
             accepts_undecided_stability: false,
             transition_matrix: age_transitions(&problem.link, problem.length),
             open_loop_modulus: stability::open_loop_modulus(&problem.a),
@@ -140,7 +163,10 @@ impl Report {
                 &design.network.sensor_to_controller.delays,
                 design.controller.measurement_buffer,
             ),
-            applied: costs.map(|costs| AppliedInput::all(design, &estimation, &costs)),
+            applied: costs
+                .filter(|_| scheduled.is_none())
+                .map(|costs| AppliedInput::all(design, &estimation, &costs)),
+            scheduled,
             estimation,
             warnings: [warnings::of_design(design), warnings::of_loop(design, &solution)].concat(),
             design: design.clone(),
@@ -161,6 +187,8 @@ impl Report {
     pub fn find_margins(&mut self) {
         if self.design.estimator() == Merging::Linear {
             self.margins_not_given = Some(NotGiven::Unacknowledged);
+        } else if self.scheduled.is_some() {
+            self.margins_not_given = Some(NotGiven::EventTrigger);
         } else if self.converged() {
             self.margins = margins(&self.design, &self.solution);
         }
@@ -174,6 +202,9 @@ impl Report {
     pub fn certify(&mut self) -> Result<(), NotCertified> {
         if self.design.estimator() == Merging::Linear {
             return Err(NotCertified::Unacknowledged);
+        }
+        if self.scheduled.is_some() {
+            return Err(NotCertified::Scheduled);
         }
         if self.converged() {
             let gains = self.solution.emitted_gains(self.design.controller.scalar);
@@ -202,6 +233,9 @@ impl Report {
 
     /// Long-run average cost per step with the state known, `tr(P W)`; infinite if the recursion did not converge.
     pub fn control_cost(&self) -> f64 {
+        if let Some(found) = &self.scheduled {
+            return found.schedule.control_cost(&self.design.plant.process_noise);
+        }
         match self.solution.outcome {
             Outcome::Converged => self.solution.control_cost(&self.design.plant.process_noise),
             Outcome::Unstable | Outcome::Undecided => f64::INFINITY,
@@ -210,12 +244,20 @@ impl Report {
 
     /// The law that the device computes with.
     pub fn law(&self) -> &Law {
-        self.unacknowledged.as_ref().map_or(&self.solution.law, |found| &found.law)
+        match (&self.unacknowledged, &self.scheduled) {
+            (Some(found), _) => &found.law,
+            (None, Some(found)) => &found.schedule.law,
+            (None, None) => &self.solution.law,
+        }
     }
 
     /// Factor by which second moments change per cycle: with the state known, or without acknowledgements of the whole loop.
     pub fn mean_square_rate(&self) -> f64 {
-        self.unacknowledged.as_ref().map_or(self.solution.mean_square_rate, |found| found.rate)
+        match (&self.unacknowledged, &self.scheduled) {
+            (Some(found), _) => found.rate,
+            (None, Some(found)) => found.schedule.mean_square_rate,
+            (None, None) => self.solution.mean_square_rate,
+        }
     }
 
     /// Steps in which the closed loop's second moments fall to 1/e, `-1 / ln(rate)`; `None` if they do not fall.
@@ -230,10 +272,8 @@ impl Report {
     }
 }
 
-/// What packets at fixed times cost. The error of the estimate has its bound from above, or the one from below where there is none.
+/// What packets at fixed times cost.
 fn schedules(design: &Design, problem: &LoopProblem, estimation: &Estimation) -> Option<Schedules> {
     let event = design.event.filter(|_| design.tracking.is_none())?;
-    let bounds = &estimation.covariance;
-    let error = bounds.upper.as_ref().or(bounds.lower.as_ref())?;
-    Schedules::of(problem, event.send_cost, &design.plant.process_noise, error)
+    Schedules::of(problem, event.send_cost, &design.plant.process_noise, &estimation.error_covariance())
 }

@@ -17,7 +17,7 @@ impl Report {
     /// and of the state, as they nearly are while inputs move by many steps.
     pub fn rounding_cost(&self) -> Option<f64> {
         let inputs = self.design.steps()?.inputs;
-        if self.solution.outcome != Outcome::Converged {
+        if self.solution.outcome != Outcome::Converged || self.scheduled.is_some() {
             return None;
         }
         let b = &self.design.plant.b;

@@ -91,7 +91,10 @@ pub use mode_chain::{ModeChain, TooManyModes};
 pub(crate) use modes::{Mode, modes};
 pub(crate) use radius::rough_radius;
 pub use rollout::{Rollout, ScheduleReference, Situation};
-pub use schedule::{LONGEST_PERIOD, Schedule, ScheduleCost, Schedules, schedule};
+pub use schedule::{
+    LONGEST_PERIOD, NotScheduled, Schedule, ScheduleCost, Scheduled, ScheduledTrigger, Schedules, schedule,
+    scheduled,
+};
 pub(crate) use spectral::spectral_radius;
 pub use tracking::{
     LONGEST_PREVIEW, PreviewGains, PreviewTooLong, Tracked, TrackedTask, preview_gains, set_point_gains,

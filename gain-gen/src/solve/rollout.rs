@@ -10,12 +10,13 @@ use super::{
 };
 use nalgebra::{DMatrix, DVector};
 
-/// The thesis' event-triggered loop in steady state.
+/// An event-triggered loop in steady state whose later packets go out in every p-th cycle; in every one as the thesis has it.
 pub struct Rollout {
     /// The problem, in the coordinates in which it is solved.
     start: Start,
-    /// `Kbar(i)`: cost-to-go once every packet that may be under way was sent. Corollary 5.1. In these coordinates.
-    always: Vec<DMatrix<f64>>,
+    /// Cost-to-go once every packet that may be under way was sent as the schedule has it, by cycles to the next packet and by
+    /// age; for p = 1 `Kbar(i)` of Corollary 5.1. In these coordinates.
+    scheduled: Vec<Vec<DMatrix<f64>>>,
 }
 
 /// What is known when it is decided.
@@ -36,35 +37,49 @@ impl Rollout {
     pub fn new(problem: &LoopProblem) -> Option<Self> {
         let start = Start::of(problem);
         let (recursion, ending) = settle(&start);
-        (ending.outcome == super::Outcome::Converged).then_some(Self { start, always: recursion.cost_to_go })
+        let converged = ending.outcome == super::Outcome::Converged;
+        converged.then_some(Self { start, scheduled: vec![recursion.cost_to_go] })
+    }
+
+    /// The same where later packets go out in every `period`-th cycle.
+    pub fn over_schedule(problem: &LoopProblem, period: usize) -> Option<Self> {
+        let start = Start::of(problem);
+        let (scheduled, _) = settle_schedule(&start.problem, period, 1e-15)?;
+        Some(Self { start, scheduled })
     }
 
     /// `C(not send) - C(send)` without the cost of the packet, given that every later one is sent: thesis Lemma 5.1.
     pub fn benefit(&self, situation: &Situation) -> f64 {
+        self.savings(situation)[0]
+    }
+
+    /// `C(wait) - C(send)` without the cost of packets and without what does not depend on the situation, for waiting `s = 1..p` cycles.
+    pub fn savings(&self, situation: &Situation) -> Vec<f64> {
         let nx = self.start.problem.a.nrows();
         let mut augmented = DVector::zeros(nx + situation.sent.len());
         augmented.rows_mut(0, nx).copy_from(&situation.state);
         augmented.rows_mut(nx, situation.sent.len()).copy_from(&situation.sent);
         self.start.coordinates.express_augmented(&mut augmented);
-        let cost = |send: bool| {
-            let cost = self.cost_to_go(&situation.was_sent, send);
+        let cost = |wait: usize| {
+            let cost = self.cost_to_go(&situation.was_sent, wait);
             augmented.dot(&(&cost[situation.age] * &augmented))
         };
-        cost(false) - cost(true)
+        let now = cost(0);
+        (1..=self.scheduled.len()).map(|wait| cost(wait) - now).collect()
     }
 
-    /// `K_k(i)` for this history and this decision, by the last `N` steps of (5.12).
-    fn cost_to_go(&self, was_sent: &[bool], send: bool) -> Vec<DMatrix<f64>> {
+    /// `K_k(i)` for this history and a first packet after `wait` cycles, by the last `N` steps of (5.12).
+    fn cost_to_go(&self, was_sent: &[bool], wait: usize) -> Vec<DMatrix<f64>> {
         let problem = &self.start.problem;
-        let length = problem.length;
+        let (length, period) = (problem.length, self.scheduled.len());
         let mut recursion = CoupledRecursion::new(problem, &problem.q);
-        recursion.cost_to_go.clone_from(&self.always);
         // From cycle k + N on, no packet whose sending is in doubt is of use.
+        let ahead = (wait + length * period - length) % period;
+        recursion.cost_to_go.clone_from(&self.scheduled[ahead]);
         for ahead in (0..length).rev() {
-            let is_sent = |age: usize| match age.cmp(&ahead) {
-                std::cmp::Ordering::Less => true,
-                std::cmp::Ordering::Equal => send,
-                std::cmp::Ordering::Greater => was_sent.get(age - ahead - 1).copied().unwrap_or(true),
+            let is_sent = |age: usize| match ahead.checked_sub(age) {
+                Some(cycle) => cycle >= wait && (cycle - wait) % period == 0,
+                None => was_sent.get(age - ahead - 1).copied().unwrap_or(true),
             };
             recursion.chain.transitions = transitions(problem, is_sent);
             recursion.step();
@@ -85,32 +100,41 @@ pub struct ScheduleReference {
 impl ScheduleReference {
     /// Iterates until a period changes nothing to `accuracy`, relative; `None` if that takes too long.
     pub fn new(problem: &LoopProblem, period: usize, accuracy: f64) -> Option<Self> {
-        /// Periods after which there is none.
-        const MOST: usize = 20_000;
-        let states = problem.a.nrows();
-        let mut recursion = CoupledRecursion::new(problem, &problem.q);
-        let of_state = |recursion: &CoupledRecursion| {
-            recursion.cost_to_go[problem.length].view((0, 0), (states, states)).into_owned()
-        };
-        let mut before = of_state(&recursion);
-        for _ in 0..MOST {
-            let mut found = Self { cost_to_go: Vec::new(), lx: DMatrix::zeros(0, 0) };
-            for ahead in 0..period {
-                recursion.chain.transitions = transitions(problem, |age| (age + ahead) % period == 0);
-                recursion.step();
-                if ahead == 0 {
-                    found.lx = recursion.gains[problem.length].columns(0, states).into_owned();
-                }
-                found.cost_to_go.push(of_state(&recursion));
-            }
-            let after = &found.cost_to_go[period - 1];
-            if (after - &before).amax() <= accuracy * after.amax() {
-                return Some(found);
-            }
-            before.copy_from(after);
-        }
-        None
+        let (states, empty) = (problem.a.nrows(), problem.length);
+        let (costs, gains) = settle_schedule(problem, period, accuracy)?;
+        let of_state = |cost: &Vec<DMatrix<f64>>| cost[empty].view((0, 0), (states, states)).into_owned();
+        Some(Self {
+            cost_to_go: costs.iter().map(of_state).collect(),
+            lx: gains[empty].columns(0, states).into_owned(),
+        })
     }
+}
+
+/// Costs-to-go by cycles to the next packet and by age, and the gains of the cycles that send by age.
+type Settled = (Vec<Vec<DMatrix<f64>>>, Vec<DMatrix<f64>>);
+
+fn settle_schedule(problem: &LoopProblem, period: usize, accuracy: f64) -> Option<Settled> {
+    /// Periods after which it has not settled.
+    const MOST: usize = 20_000;
+    let mut recursion = CoupledRecursion::new(problem, &problem.q);
+    let mut before = recursion.cost_to_go[problem.length].clone();
+    for _ in 0..MOST {
+        let (mut costs, mut gains) = (Vec::new(), Vec::new());
+        for ahead in 0..period {
+            recursion.chain.transitions = transitions(problem, |age| (age + ahead) % period == 0);
+            recursion.step();
+            if ahead == 0 {
+                gains.clone_from(&recursion.gains);
+            }
+            costs.push(recursion.cost_to_go.clone());
+        }
+        let after = &costs[period - 1][problem.length];
+        if (after - &before).amax() <= accuracy * after.amax() {
+            return Some((costs, gains));
+        }
+        before.copy_from(after);
+    }
+    None
 }
 
 /// (5.8): transition probabilities of the age where a packet of age `a` was sent iff `is_sent(a)`.

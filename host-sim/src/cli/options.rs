@@ -46,7 +46,7 @@ impl Amount {
 #[derive(Args)]
 pub(super) struct Selection {
     /// Controllers to simulate, separated by commas: slqg (sequence-based LQG over the design's network), slqg-always (sends
-    /// in every cycle, worth it or not), slqg-no-preview (takes the reference of the moment for all that is to come),
+    /// in every cycle, worth it or not), slqg-periodic (sends in every p-th, with the law for that), slqg-no-preview (takes the reference of the moment for all that is to come),
     /// slqg-channel (told the state of a bursty link one cycle late), slqg-tuning (learns its link, solves its own gains),
     /// slqg-told (told when --changes-to changes its link), slqg-task (time-varying law of a task that ends with the run), slqg-udp (without acknowledgements),
     /// slqg-udp-rounded (the same with the mean age rounded), lqg (at the plant, without a network: the lower bound),

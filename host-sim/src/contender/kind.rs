@@ -9,6 +9,9 @@ pub enum Kind {
     Slqg,
     /// The same, but it sends in every cycle, worth it or not.
     SlqgAlways,
+    /// The same with a packet in every p-th cycle, worth it or not, and the law that is optimal for that; p is the design's, or the
+    /// cheapest. THEORY 15.
+    SlqgPeriodic,
     /// The same, but it takes the reference of the moment for all that is to come.
     SlqgNoPreview,
     /// The same, told the state of the channel to the actuator one cycle late, with gains for each of its states.
@@ -41,9 +44,10 @@ pub enum Kind {
 
 impl Kind {
     /// Every controller there is.
-    pub const ALL: [Self; 16] = [
+    pub const ALL: [Self; 17] = [
         Self::Slqg,
         Self::SlqgAlways,
+        Self::SlqgPeriodic,
         Self::SlqgNoPreview,
         Self::SlqgChannel,
         Self::SlqgTuning,
@@ -65,6 +69,7 @@ impl Kind {
         match self {
             Self::Slqg => "slqg",
             Self::SlqgAlways => "slqg-always",
+            Self::SlqgPeriodic => "slqg-periodic",
             Self::SlqgNoPreview => "slqg-no-preview",
             Self::SlqgChannel => "slqg-channel",
             Self::SlqgTuning => "slqg-tuning",

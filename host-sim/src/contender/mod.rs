@@ -32,7 +32,7 @@ mod task;
 
 use gain_gen::{
     design::{Acknowledgement, Design, Link, Network, Plant},
-    solve::{ChannelLaw, Law, LoopProblem, PreviewGains, TriggerTables},
+    solve::{ChannelLaw, Law, LoopProblem, PreviewGains, ScheduledTrigger, TriggerTables},
     stability::loses_sight,
 };
 use nalgebra::{DMatrix, DVector};
@@ -55,6 +55,17 @@ pub enum Foresight {
     None,
 }
 
+/// What decides whether a packet is sent.
+#[derive(Debug, Clone)]
+pub enum Sending {
+    /// What it is worth if every later one is sent.
+    Worth(TriggerTables),
+    /// What it is worth if later ones follow a schedule.
+    WorthOverSchedule(ScheduledTrigger),
+    /// The clock: it is sent once in so many cycles.
+    Every(usize),
+}
+
 /// A controller with its gains and its network.
 #[derive(Debug, Clone)]
 pub struct Contender {
@@ -70,8 +81,8 @@ pub struct Contender {
     pub preview: Option<PreviewGains>,
     /// How much of the reference it knows.
     pub foresight: Foresight,
-    /// Cost of a packet, and what sending one is worth; `None` sends in every cycle.
-    pub trigger: Option<(f64, TriggerTables)>,
+    /// Cost of a packet, and what decides whether one is sent; `None` sends in every cycle.
+    pub trigger: Option<(f64, Sending)>,
     /// Sends by the change of the inputs; `None` for others.
     pub deadband: Option<Deadband>,
     /// The problem it solves in every cycle, with a law of zeros beside it; `None` for others.
@@ -134,6 +145,7 @@ impl Contender {
             Kind::Mpc => contender.plan_ahead(&problem, design)?,
             Kind::Slqg
             | Kind::SlqgAlways
+            | Kind::SlqgPeriodic
             | Kind::SlqgNoPreview
             | Kind::SlqgTuning
             | Kind::SlqgTold

@@ -72,8 +72,8 @@ pub enum ContenderError {
     TriggeredTask,
     /// The controller has no form that follows a reference.
     #[error(
-        "`{controller}` follows no reference: its cost, thesis (2.4), has none; leave [tracking] out, or simulate `nominal`, \
-         which is told the reference ahead"
+        "`{controller}` follows no reference: its law is made without one; leave [tracking] out, or simulate `nominal`, which is told \
+         the reference ahead"
     )]
     FollowsNothing {
         /// The controller.
@@ -85,9 +85,10 @@ pub enum ContenderError {
 pub(super) fn makes_sense(kind: Kind, design: &Design) -> Result<(), ContenderError> {
     let controller = kind.name();
     match kind {
-        Kind::SlqgAlways if design.event.is_none() => {
+        Kind::SlqgAlways | Kind::SlqgPeriodic if design.event.is_none() => {
             Err(ContenderError::Pointless { controller, table: "[event]" })
         }
+        Kind::SlqgPeriodic if design.tracking.is_some() => Err(ContenderError::FollowsNothing { controller }),
         Kind::SlqgNoPreview if design.tracking.is_none() => {
             Err(ContenderError::Pointless { controller, table: "[tracking]" })
         }

@@ -1,9 +1,13 @@
 //! Controllers with one law that is optimal for some link: the design's own, or one that the designer believed in.
 
-use super::{Contender, ContenderError, Kind, TuningBasis};
+use super::{Contender, ContenderError, Kind, Sending, TuningBasis};
 use gain_gen::{
-    design::{DelayDistribution, Design, Link},
-    solve::{LoopProblem, Method, PreviewGains, Solution, solve, trigger_tables, unacknowledged},
+    design::{Base, DelayDistribution, Design, Event, Link, Rule},
+    estimation::Estimation,
+    solve::{
+        LoopProblem, Method, PreviewGains, Scheduled, Solution, scheduled, solve, trigger_tables,
+        unacknowledged,
+    },
 };
 use slqg::{DefaultInput, estimator::Merging};
 
@@ -47,6 +51,15 @@ impl Contender {
             return Err(self.unstable());
         }
         self.must_see(design)?;
+        if let Some(found) = self.scheduled(&problem, design, &solution)? {
+            let sending = match found.trigger {
+                Some(tables) => Sending::WorthOverSchedule(tables),
+                None => Sending::Every(found.schedule.period),
+            };
+            self.trigger = design.event.map(|event| (event.send_cost, sending));
+            self.laws = vec![found.schedule.law];
+            return Ok(());
+        }
         self.weigh(&problem, design, &solution)?;
         self.learn_reference(design, steps)?;
         self.laws = if self.merging == Merging::Linear {
@@ -62,6 +75,27 @@ impl Contender {
         Ok(())
     }
 
+    /// The schedule that its packets follow, or that its trigger counts on; `None` for a packet in every cycle to come.
+    fn scheduled(
+        &self,
+        problem: &LoopProblem,
+        design: &Design,
+        solution: &Solution,
+    ) -> Result<Option<Scheduled>, ContenderError> {
+        let Some(event) = design.event else { return Ok(None) };
+        let mut design = design.clone();
+        match self.kind {
+            Kind::SlqgPeriodic => {
+                let base = if event.may_pause() { event.base } else { Base::Auto };
+                design.event = Some(Event { base, rule: Rule::Schedule, ..event });
+            }
+            kind if kind.weighs_packets() && event.may_pause() => {}
+            _ => return Ok(None),
+        }
+        let error = Estimation::of(&design, solution).error_covariance();
+        scheduled(&design, problem, &error).map_err(|_| self.unstable())
+    }
+
     /// What reference and packets are worth to the law.
     fn weigh(
         &mut self,
@@ -71,7 +105,8 @@ impl Contender {
     ) -> Result<(), ContenderError> {
         self.preview = PreviewGains::over(problem, design, solution).transpose()?;
         if let (Some(event), true) = (&design.event, self.kind.weighs_packets()) {
-            self.trigger = trigger_tables(problem, solution).map(|tables| (event.send_cost, tables));
+            let tables = trigger_tables(problem, solution);
+            self.trigger = tables.map(|tables| (event.send_cost, Sending::Worth(tables)));
         }
         Ok(())
     }

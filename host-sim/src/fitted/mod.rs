@@ -32,7 +32,10 @@ use slqg::{
     wire::can::Grid,
 };
 use slqg_links::loop_bus::Role;
-use tables::{EventTables, LawTables, PreviewTables, event_tables, law_tables, preview_tables};
+use tables::{
+    EventTables, LawTables, OverSchedule, PreviewTables, SendingTables, law_tables, preview_tables,
+    sending_tables,
+};
 
 pub use following::Following;
 
@@ -82,7 +85,7 @@ pub struct Fitted<T: Scalar, const NX: usize, const NU: usize, const NY: usize> 
     /// One table, or one for all states of the channel in as many cycles as packets count.
     arrivals: Vec<Vec<T>>,
     preview: Option<PreviewTables<T>>,
-    trigger: Option<EventTables<T>>,
+    trigger: Option<SendingTables<T>>,
     deadband: Option<Deadband>,
     /// What is solved in every cycle.
     constrained: Option<Constrained>,
@@ -153,7 +156,7 @@ impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize> Fitted<T, NX,
             trigger: contender
                 .trigger
                 .as_ref()
-                .map(|(send_cost, tables)| event_tables::<T, NX, NU>(*send_cost, tables, first)),
+                .map(|(send_cost, sending)| sending_tables::<T, NX, NU>(*send_cost, sending, first)),
             deadband: contender.deadband,
             constrained: contender.constrained.clone(),
             tuning: contender.tuning.as_ref().map(|basis| TuningTables::new::<NX, NU>(&basis.problem)),
@@ -231,9 +234,20 @@ impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize> Fitted<T, NX,
             Preview::check(length, default_input, NX, gains.samples, tables)
         });
         let trigger = self.trigger.as_ref().map(|trigger| -> Result<_, InvalidTrigger> {
-            let EventTables { send_cost, state, in_flight, sequence } = trigger;
-            let tables = event::Tables::check(state, in_flight, sequence)?;
-            Trigger::check(length, default_input, *send_cost, tables)
+            match trigger {
+                SendingTables::Worth(EventTables { send_cost, state, in_flight, sequence }) => {
+                    let tables = event::Tables::check(state, in_flight, sequence)?;
+                    Trigger::check(length, default_input, *send_cost, tables)
+                }
+                SendingTables::WorthOverSchedule(tables) => {
+                    let OverSchedule { send_cost, period, in_flight, decided, phases } = tables;
+                    let tables = event::ScheduleTables::check(*period, in_flight, decided, phases)?;
+                    Trigger::check_schedule(length, default_input, *send_cost, tables)
+                }
+                SendingTables::Every { send_cost, period } => {
+                    Ok(Trigger::fixed(length, default_input, *send_cost, *period))
+                }
+            }
         });
         let design = controller::Design {
             gains: self.gains(0, 0)?,

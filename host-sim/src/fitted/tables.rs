@@ -1,6 +1,7 @@
 //! A contender's tables, cast to the device's scalar and padded to the size class block by block.
 
-use gain_gen::solve::{Law, PreviewGains, TriggerTables};
+use crate::contender::Sending;
+use gain_gen::solve::{Law, PreviewGains, ScheduledTrigger, TriggerTables};
 use nalgebra::DMatrix;
 use slqg::{
     Scalar,
@@ -21,6 +22,24 @@ pub(super) struct PreviewTables<T> {
     pub(super) samples: usize,
     pub(super) sequence: Vec<T>,
     pub(super) displaced: Vec<T>,
+}
+
+/// What decides whether a packet is sent.
+#[derive(Debug, Clone)]
+pub(super) enum SendingTables<T> {
+    Worth(EventTables<T>),
+    WorthOverSchedule(OverSchedule<T>),
+    Every { send_cost: NonNegative<T>, period: usize },
+}
+
+/// Tables of an event trigger over a schedule.
+#[derive(Debug, Clone)]
+pub(super) struct OverSchedule<T> {
+    pub(super) send_cost: NonNegative<T>,
+    pub(super) period: usize,
+    pub(super) in_flight: Vec<T>,
+    pub(super) decided: Vec<T>,
+    pub(super) phases: Vec<T>,
 }
 
 /// Tables of an event trigger.
@@ -80,25 +99,73 @@ pub(super) fn preview_tables<T: Scalar, const NX: usize, const NU: usize>(
     }
 }
 
-pub(super) fn event_tables<T: Scalar, const NX: usize, const NU: usize>(
-    send_cost: f64,
+pub(super) fn sending_tables<T: Scalar, const NX: usize, const NU: usize>(
+    cost: f64,
+    sending: &Sending,
+    law: &Law,
+) -> SendingTables<T> {
+    let send_cost = NonNegative::check(T::nearest(cost)).expect("a cost is not below zero");
+    match sending {
+        Sending::Worth(tables) => SendingTables::Worth(event_tables::<T, NX, NU>(send_cost, tables, law)),
+        Sending::WorthOverSchedule(tables) => {
+            SendingTables::WorthOverSchedule(over_schedule::<T, NX, NU>(send_cost, tables, law))
+        }
+        Sending::Every(period) => SendingTables::Every { send_cost, period: *period },
+    }
+}
+
+/// The triangles over the inputs in flight, from all of `expected` down to the last.
+fn triangles<T: Scalar, const NU: usize>(packed: &[f64], expected: usize, inputs: usize) -> Vec<T> {
+    let (mut rest, mut out) = (packed, Vec::new());
+    for left in (1..=expected).rev() {
+        let (own, others) = rest.split_at(event::TableLengths::packed(left * inputs));
+        out.extend(triangle::<T, NU>(own, left, inputs));
+        rest = others;
+    }
+    out
+}
+
+fn over_schedule<T: Scalar, const NX: usize, const NU: usize>(
+    send_cost: NonNegative<T>,
+    tables: &ScheduledTrigger,
+    law: &Law,
+) -> OverSchedule<T> {
+    let (states, inputs) = (law.lx.ncols(), law.inputs());
+    let expected = law.default_input.in_flight(law.length);
+    let rows = expected * inputs;
+    let mut phases = Vec::new();
+    for phase in tables.phases.chunks_exact(event::phase_len(states, rows, inputs)) {
+        let (state, rest) = phase.split_at(event::TableLengths::packed(states));
+        let (coupling, rest) = rest.split_at(states * rows);
+        let (applied, numbers) = rest.split_at(inputs * rows);
+        phases.extend(triangle::<T, NX>(state, 1, states));
+        let coupling = DMatrix::from_row_slice(states, rows, coupling);
+        phases.extend(table::<T, NX, NU>(&coupling, (states, inputs)));
+        let applied = DMatrix::from_row_slice(inputs, rows, applied);
+        phases.extend(table::<T, NU, NU>(&applied, (inputs, inputs)));
+        phases.extend(numbers.iter().map(|&number| T::nearest(number)));
+    }
+    OverSchedule {
+        send_cost,
+        period: tables.period,
+        in_flight: triangles::<T, NU>(&tables.in_flight, expected, inputs),
+        decided: triangle::<T, NU>(&tables.decided, expected, inputs),
+        phases,
+    }
+}
+
+fn event_tables<T: Scalar, const NX: usize, const NU: usize>(
+    send_cost: NonNegative<T>,
     tables: &TriggerTables,
     law: &Law,
 ) -> EventTables<T> {
     let (states, inputs) = (law.lx.ncols(), law.inputs());
     let expected = law.default_input.in_flight(law.length);
     let state = DMatrix::from_row_slice(states, expected * inputs, &tables.state);
-    let mut rest = tables.in_flight.as_slice();
-    let mut in_flight = Vec::new();
-    for left in (1..=expected).rev() {
-        let (own, others) = rest.split_at(event::TableLengths::packed(left * inputs));
-        in_flight.extend(triangle::<T, NU>(own, left, inputs));
-        rest = others;
-    }
     EventTables {
-        send_cost: NonNegative::check(T::nearest(send_cost)).expect("a cost is not below zero"),
+        send_cost,
         state: table::<T, NX, NU>(&state, (states, inputs)),
-        in_flight,
+        in_flight: triangles::<T, NU>(&tables.in_flight, expected, inputs),
         sequence: triangle::<T, NU>(&tables.sequence, law.length, inputs),
     }
 }

@@ -158,6 +158,7 @@ impl<'m, const NX: usize, const NU: usize, const NY: usize> Apart<'m, NX, NU, NY
                     in_flight,
                     black_box(&candidate),
                     black_box(&mut *self.room),
+                    &mut [],
                 )
             });
             trigger.is_worth_sending(benefit)

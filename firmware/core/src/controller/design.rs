@@ -55,7 +55,8 @@ pub enum InvalidDesign {
     Memory(Sizes),
     /// Gains for sequences of another length than those in flight, or preview or trigger for others than the gains.
     Length,
-    /// The preview does not tell what the trigger must know.
+    /// The preview does not tell what the trigger must know, or the trigger takes later packets to go out at fixed times, and knows of
+    /// no reference.
     Preview,
     /// The probability to arrive at once is not within 0..=1.
     NotAProbability,
@@ -83,7 +84,7 @@ impl core::fmt::Display for InvalidDesign {
                 f.write_str("gains, preview and trigger must be for sequences of the same length")
             }
             Self::Preview => {
-                f.write_str("a trigger needs a preview that tells what the inputs in flight are worth")
+                f.write_str("a trigger needs a preview that tells what the inputs in flight are worth, and one over a schedule takes none")
             }
             Self::NotAProbability => f.write_str("the probability to arrive at once is not within 0..=1"),
             Self::Rates => f.write_str("rate limits of inputs go with one estimate for all ages only"),
@@ -116,13 +117,18 @@ impl<'a, T: Scalar, const NX: usize, const NU: usize, const NY: usize> Design<'a
         if late > 1 { late.saturating_add(1) } else { 2 }
     }
 
+    /// Numbers to work in that the trigger takes.
+    pub(super) fn numbers(&self) -> usize {
+        self.trigger.as_ref().map_or(0, Trigger::numbers_len)
+    }
+
     /// Memory that a controller of this design is lent.
     pub fn sizes(&self) -> Sizes {
         let length = self.gains.length();
         if self.merging.is_linear() {
             return Sizes::linear(length, self.history());
         }
-        Sizes::of(length, self.history(), self.merging.estimates(length))
+        Sizes::of(length, self.history(), self.merging.estimates(length)).with_numbers(self.numbers())
     }
 
     /// Whether everything fits together.
@@ -174,7 +180,11 @@ impl<'a, T: Scalar, const NX: usize, const NU: usize, const NY: usize> Design<'a
     pub(super) fn check_trigger(&self) -> Result<(), InvalidDesign> {
         let Some(trigger) = &self.trigger else { return Ok(()) };
         self.check_law(trigger.length(), trigger.default_input())?;
-        if self.preview.as_ref().is_some_and(|preview| !preview.serves_trigger()) {
+        if self
+            .preview
+            .as_ref()
+            .is_some_and(|preview| !preview.serves_trigger() || !trigger.follows_reference())
+        {
             return Err(InvalidDesign::Preview);
         }
         Ok(())

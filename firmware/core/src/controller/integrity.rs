@@ -22,7 +22,7 @@ impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize> Design<'_, T,
             (0, _) => {
                 let hold = matches!(gains.default_input(), DefaultInput::Hold) as u32;
                 let of_trigger = match trigger {
-                    Some(trigger) => 1 + trigger.length() as u32,
+                    Some(trigger) => trigger.period() as u32 + trigger.length() as u32,
                     None => 0,
                 };
                 let numbers = (tables.lx.len() ^ tables.m.len() ^ tables.arrival.len()) as u32;
@@ -32,9 +32,9 @@ impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize> Design<'_, T,
             (2, _) => Part::Numbers(tables.m.numbers()),
             (3, _) => Part::Numbers(tables.arrival.numbers()),
             (4, _) => Part::Numbers(core::slice::from_ref(arrives_at_once)),
-            (5, Some(trigger)) => Part::Numbers(trigger.tables().state.numbers()),
-            (6, Some(trigger)) => Part::Numbers(trigger.tables().in_flight.numbers()),
-            (7, Some(trigger)) => Part::Numbers(trigger.tables().sequence.numbers()),
+            (5, Some(trigger)) => Part::Numbers(trigger.tables()[0]),
+            (6, Some(trigger)) => Part::Numbers(trigger.tables()[1]),
+            (7, Some(trigger)) => Part::Numbers(trigger.tables()[2]),
             (8, Some(trigger)) => Part::Numbers(core::slice::from_ref(trigger.send_cost())),
             _ => Part::End,
         }
@@ -178,6 +178,8 @@ impl<T: Scalar, const NX: usize, const NU: usize, const NY: usize> Controller<'_
             0 => {
                 let memory = [&self.expected, &self.feedforward, &self.displaced, &self.room];
                 let word = memory.iter().fold(0, |word, memory| word ^ place_of(memory));
+                #[cfg(feature = "schedule")]
+                let word = word ^ place_of(self.numbers).rotate_left(1);
                 Part::Word(word ^ self.in_flight.word() ^ self.filter.word())
             }
             _ => self.filter.part(place - 1),

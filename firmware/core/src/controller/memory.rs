@@ -60,6 +60,12 @@ impl Sizes {
         Self { cycles, estimates: cycles, ages: 0, sent: SENT_LINEAR, inputs }
     }
 
+    /// The same with so many numbers to work in: [`crate::event::Trigger::numbers_len`].
+    #[must_use]
+    pub const fn with_numbers(self, numbers: usize) -> Self {
+        Self { ages: self.ages.saturating_add(numbers), ..self }
+    }
+
     /// Of the inputs, those in flight of sequences of `length`; [`SCRATCH`] sequences follow.
     pub(super) const fn in_flight(&self, length: usize) -> usize {
         self.inputs.saturating_sub(SCRATCH.saturating_mul(length))
@@ -88,7 +94,7 @@ pub struct Memory<'m, T: Scalar, const NX: usize, const NU: usize, const NY: usi
     pub cycles: &'m mut [Cycle<T, NU, NY>],
     /// Its estimates.
     pub estimates: &'m mut [Estimate<T, NX>],
-    /// Probabilities of the ages in each cycle.
+    /// Probabilities of the ages in each cycle, and numbers to work in.
     pub ages: &'m mut [T],
     /// In which cycles a sequence was sent.
     pub sent: &'m mut [bool],

@@ -148,6 +148,9 @@ pub struct Controller<'m, T: Scalar, const NX: usize, const NU: usize, const NY:
     displaced: &'m mut [SVector<T, NU>],
     displaced_len: usize,
     room: &'m mut [SVector<T, NU>],
+    /// Numbers to work in.
+    #[cfg(feature = "schedule")]
+    numbers: &'m mut [T],
     is_proposed: bool,
     rounds_age: bool,
     counts: Counts,
@@ -173,6 +176,8 @@ impl<'m, T: Scalar, const NX: usize, const NU: usize, const NY: usize> Controlle
         }
         let Memory { cycles, estimates, ages, sent, inputs } = memory;
         let cycles = cycles.get_mut(..needed.cycles).unwrap_or_default();
+        #[cfg(feature = "schedule")]
+        let (numbers, ages) = ages.split_at_mut_checked(design.numbers()).unwrap_or_default();
         let remembered = if design.merging.is_linear() {
             Remembered::without_ages(cycles, estimates)
         } else {
@@ -198,6 +203,8 @@ impl<'m, T: Scalar, const NX: usize, const NU: usize, const NY: usize> Controlle
             displaced,
             displaced_len: 0,
             room: rest.get_mut(..length).unwrap_or_default(),
+            #[cfg(feature = "schedule")]
+            numbers,
             is_proposed: false,
             rounds_age: false,
             counts: Counts::default(),
@@ -251,6 +258,10 @@ impl<'m, T: Scalar, const NX: usize, const NU: usize, const NY: usize> Controlle
     pub fn set_trigger(&mut self, trigger: Option<Trigger<'m, T, NX, NU>>) -> Result<(), InvalidDesign> {
         let design = Design { trigger, ..self.design };
         design.check_trigger()?;
+        #[cfg(feature = "schedule")]
+        if design.numbers() > self.numbers.len() {
+            return Err(InvalidDesign::Memory(design.sizes()));
+        }
         self.design = design;
         self.check.is_law_replaced = true;
         Ok(())

@@ -161,6 +161,9 @@ impl<'m, T: Scalar, const NX: usize, const NU: usize, const NY: usize> Controlle
     /// Whether the trigger finds the sequence worth a packet; without a trigger every one is.
     pub(super) fn is_worth_sending(&mut self, law: &Law<'_, T, NX, NU>) -> bool {
         let Some(trigger) = &self.design.trigger else { return true };
+        if let Some(period) = trigger.fixed_period() {
+            return self.in_flight.proposed().tick.0 as usize % period == 0;
+        }
         let candidate = Candidate {
             posterior_mean: self.filter.posterior_mean(),
             expected: self.expected.get(..law.gains.in_flight()).unwrap_or_default(),
@@ -168,7 +171,11 @@ impl<'m, T: Scalar, const NX: usize, const NU: usize, const NY: usize> Controlle
             displaced: self.displaced.get(..self.displaced_len).unwrap_or_default(),
             played: played(&self.filter, &around(&self.design, law, &self.in_flight), self.rounds_age),
         };
-        let benefit = trigger.benefit(&law.gains, &self.in_flight, &candidate, self.room);
+        #[cfg(feature = "schedule")]
+        let numbers = &mut *self.numbers;
+        #[cfg(not(feature = "schedule"))]
+        let numbers = &mut [];
+        let benefit = trigger.benefit(&law.gains, &self.in_flight, &candidate, self.room, numbers);
         trigger.is_worth_sending(benefit)
     }
 }

@@ -323,10 +323,13 @@ pub const ACTUATOR_MEMORY: ActuatorMemory =
         safe = safety::safe(emission)?,
         gains = if emission.task.is_some() { "HORIZON[0]" } else { "GAINS" },
         preview = optional("PREVIEW", emission.preview.is_some()),
-        trigger = optional("TRIGGER", emission.trigger.is_some()),
+        trigger = optional("TRIGGER", emission.trigger.is_some() || emission.scheduled.is_some()),
         arrives_at_once = arrival.number(LoopProblem::of(emission.design).arrives_at_once())?,
         memory = match emission.merging() {
             Merging::Linear => "linear(SEQUENCE_LENGTH, HISTORY)",
+            Merging::Single | Merging::Imm | Merging::Gpb2 if emission.scheduled.is_some() => {
+                "of(SEQUENCE_LENGTH, HISTORY, ESTIMATES).with_numbers(TRIGGER.numbers_len())"
+            }
             Merging::Single | Merging::Imm | Merging::Gpb2 => "of(SEQUENCE_LENGTH, HISTORY, ESTIMATES)",
         },
         merging = merging(emission),

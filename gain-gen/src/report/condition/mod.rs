@@ -7,6 +7,7 @@ mod sentence;
 
 use super::Verdict;
 use crate::saturation::NotShown;
+use crate::solve::NotScheduled;
 use crate::stability::Growth;
 use slqg::DefaultInput;
 
@@ -82,6 +83,8 @@ pub enum FailedCondition {
         /// Probability that the newest measurement, and all before, are taken to be known.
         hears: f64,
     },
+    /// No law with a packet in every p-th cycle was shown to stabilise the loop.
+    NotScheduled(NotScheduled),
     /// Packets on a link are not independent, and what that does to the loop is not known.
     Dependent {
         /// The link's key in the design file.
@@ -153,6 +156,7 @@ impl FailedCondition {
             | Self::Unacknowledged { .. }
             | Self::NoLinearLaw { .. }
             | Self::HeardLate { .. }
+            | Self::NotScheduled(_)
             | Self::Dependent { .. }
             | Self::Averaged { .. }
             | Self::Limited { .. } => true,
@@ -185,6 +189,7 @@ impl FailedCondition {
                 | Self::Unacknowledged { .. }
                 | Self::NoLinearLaw { .. }
                 | Self::HeardLate { .. }
+                | Self::NotScheduled(_)
                 | Self::Dependent { .. }
                 | Self::OnChannel { .. }
                 | Self::Limited { .. }
@@ -194,7 +199,10 @@ impl FailedCondition {
     /// Whether no gains came out, so that there is no loop to be written.
     pub(super) fn leaves_no_gains(&self) -> bool {
         match self {
-            Self::RunsDry { .. } | Self::NoFixedPoint { .. } | Self::NoLinearLaw { .. } => true,
+            Self::RunsDry { .. }
+            | Self::NoFixedPoint { .. }
+            | Self::NoLinearLaw { .. }
+            | Self::NotScheduled(_) => true,
             Self::Averaged { condition, .. } => condition.leaves_no_gains(),
             _ => false,
         }

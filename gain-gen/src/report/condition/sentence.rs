@@ -2,7 +2,7 @@
 
 use super::{FailedCondition, NotKnown};
 use crate::report::figure::{figure, percent};
-use crate::solve::LONGEST_TRIED;
+use crate::solve::{LONGEST_TRIED, NotScheduled};
 use crate::stability::Growth;
 use core::fmt::{self, Display, Formatter};
 
@@ -104,6 +104,14 @@ impl Display for FailedCondition {
                  are those of a loop that in each cycle hears of all of them with probability {}, and of none otherwise: as \
                  late in the mean as over this link, and not the same; host-sim run shows the loop as it is",
                 figure(*hears)
+            ),
+            Self::NotScheduled(NotScheduled { period: Some(period) }) => write!(
+                f,
+                "event.base: with a packet in every {period}. cycle alone no gains were shown to stabilise the loop; give a smaller \
+                 number, or \"auto\""
+            ),
+            Self::NotScheduled(NotScheduled { period: None }) => f.write_str(
+                "event.base: no gains for packets at fixed times were shown to stabilise the loop",
             ),
             Self::Dependent { key, reason } => {
                 write!(f, "{key}: packets on this link are not independent of each other: {reason}. ")?;

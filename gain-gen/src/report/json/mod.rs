@@ -174,7 +174,9 @@ impl<'r> Document<'r> {
             lx: rows(&law.lx),
             m: rows(&law.m),
             r: rows(&law.arrival_matrix()),
-            gains: report.unacknowledged.is_none().then(|| Spelled::of(solution, mode_gains)).flatten(),
+            gains: (report.unacknowledged.is_none() && report.scheduled.is_none())
+                .then(|| Spelled::of(solution, mode_gains))
+                .flatten(),
             cost_to_go: rows(&solution.cost_to_go),
             n_min: report.n_min,
             n_crit: report.n_crit,

@@ -15,7 +15,7 @@ use super::Report;
 use crate::channels::ControlOnChannel;
 use crate::design::{Authentication, Steps, WireSettings};
 use crate::json::{Rows, rows, triangles};
-use crate::solve::{Law, Outcome, ScheduleCost, Unacknowledged};
+use crate::solve::{Law, Outcome, ScheduleCost, ScheduledTrigger, Unacknowledged};
 use nalgebra::DMatrix;
 use serde::Serialize;
 
@@ -175,6 +175,13 @@ impl Tracking {
 pub(super) struct Event {
     /// Of one packet, in units of the stage cost.
     send_cost: f64,
+    /// Cycles from one later packet to the next, `p`; null if no schedule was found.
+    base: Option<usize>,
+    /// `worth` or `schedule`.
+    rule: &'static str,
+    /// What sending is worth with `p > 1`, as in [`slqg::event::ScheduleTables`]; else null. `state`, `in_flight` and `sequence` are
+    /// null then.
+    scheduled: Option<ScheduledTables>,
     /// `nx x (n_v nu)`.
     state: Option<Rows>,
     /// `W_s` for `s = 0..n_v-1`, symmetric of `(n_v - s) nu` rows.
@@ -183,6 +190,21 @@ pub(super) struct Event {
     sequence: Option<Rows>,
     /// By period, those shown to stabilise the loop; null with `[tracking]`, and where there are none.
     schedules: Option<Vec<ScheduleFigures>>,
+}
+
+/// [`slqg::event::ScheduleTables`], as it lies in memory.
+#[derive(Serialize)]
+struct ScheduledTables {
+    in_flight: Vec<f64>,
+    decided: Vec<f64>,
+    phases: Vec<f64>,
+}
+
+impl ScheduledTables {
+    fn of(trigger: &ScheduledTrigger) -> Self {
+        let ScheduledTrigger { in_flight, decided, phases, .. } = trigger.clone();
+        Self { in_flight, decided, phases }
+    }
 }
 
 /// [`ScheduleCost`]: per cycle.
@@ -211,12 +233,20 @@ impl ScheduleFigures {
 
 impl Event {
     pub(super) fn of(report: &Report) -> Option<Self> {
-        let send_cost = report.design.event?.send_cost;
+        let event = report.design.event?;
+        let send_cost = event.send_cost;
+        let base = report.scheduled.as_ref().map(|found| found.schedule.period);
         let (inputs, states) = (report.design.plant.inputs(), report.design.plant.states());
         let (tables, expected) = (report.trigger.as_ref(), report.in_flight() * inputs);
         let row = |row: usize, values: &[f64]| values[row * expected..(row + 1) * expected].to_vec();
         Some(Self {
             send_cost,
+            base: base.or(report.trigger.as_ref().map(|_| 1)),
+            rule: event.rule.name(),
+            scheduled: report
+                .scheduled
+                .as_ref()
+                .and_then(|found| Some(ScheduledTables::of(found.trigger.as_ref()?))),
             state: tables.map(|tables| (0..states).map(|at| row(at, &tables.state)).collect()),
             in_flight: tables.map(|tables| {
                 triangles(

@@ -8,7 +8,7 @@ mod optional;
 mod stability;
 mod wire;
 
-use super::figure::{counted, duration, figure, grouped, percent};
+use super::figure::{counted, duration, figure, grouped, ordinal, percent};
 use super::{Report, Verdict};
 use crate::design::{Acknowledgement, Behaviour, DeviceScalar, Link};
 use crate::stability::{Growth, growth};
@@ -126,7 +126,11 @@ impl Report {
     }
 
     fn closed_loop(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        let sending = if self.trigger.is_some() {
+        let every = self.scheduled.as_ref().map(|found| ordinal(found.schedule.period));
+        let every = every.map(|every| format!(", a packet sent in every {every} step"));
+        let sending = if let Some(every) = &every {
+            every.as_str()
+        } else if self.trigger.is_some() {
             ", a packet sent in every step"
         } else if self.unacknowledged.is_some() {
             " and acknowledged: nothing does better without"
@@ -134,7 +138,8 @@ impl Report {
             ""
         };
         writeln!(f, "\nClosed loop, state known{sending}")?;
-        let rate = figure(self.solution.mean_square_rate);
+        let of_loop = self.scheduled.as_ref().map(|found| found.schedule.mean_square_rate);
+        let rate = figure(of_loop.unwrap_or(self.solution.mean_square_rate));
         line(f, "mean-square rate", format!("{rate:<12}per step: second moments shrink by this factor"))?;
         if let Some(steps) = self.time_constant().filter(|_| self.unacknowledged.is_none()) {
             line(f, "time constant", format!("{}, of the second moments", self.steps(steps)))?;
@@ -223,6 +228,9 @@ impl Report {
             line(f, "preview gains", size(floats))?;
         }
         if let Some(trigger) = &self.trigger {
+            line(f, "event trigger", size(trigger.floats()))?;
+        }
+        if let Some(trigger) = self.scheduled.as_ref().and_then(|found| found.trigger.as_ref()) {
             line(f, "event trigger", size(trigger.floats()))?;
         }
         line(f, "coupled form", format!("{}, not needed", size(law.coupled_table_floats())))

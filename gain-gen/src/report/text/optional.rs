@@ -1,7 +1,7 @@
 //! Sections that only some reports have: tracking, event trigger, a channel, a task, warnings.
 
 use super::super::Report;
-use super::super::figure::{counted, figure, percent};
+use super::super::figure::{counted, figure, ordinal, percent};
 use super::line;
 use crate::design::{Goal, SetPoint};
 use crate::solve::Knowledge;
@@ -122,7 +122,10 @@ impl Report {
     }
 
     pub(super) fn event(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        let (Some(event), Some(_)) = (self.design.event, &self.trigger) else { return Ok(()) };
+        let Some(event) = self.design.event.filter(|_| self.trigger.is_some() || self.scheduled.is_some())
+        else {
+            return Ok(());
+        };
         writeln!(f, "\nEvent trigger")?;
         line(
             f,
@@ -144,11 +147,17 @@ impl Report {
             )?;
         }
         let Some(standing) = standing else { return Ok(()) };
-        let most = figure(self.estimation.cost_upper + standing + event.send_cost);
+        let (period, of_what) = match &self.scheduled {
+            Some(found) => {
+                (found.schedule.period, format!("a packet in every {} step", ordinal(found.schedule.period)))
+            }
+            None => (1, "sending always".into()),
+        };
+        let most = figure(self.estimation.cost_upper + standing + event.send_cost / period as f64);
         line(
             f,
             "long-run cost",
-            format!("at most {most} per step, packets and estimation included: that of sending always"),
+            format!("at most {most} per step, packets and estimation included: that of {of_what}"),
         )
     }
 
@@ -175,16 +184,4 @@ impl Report {
 
 fn spelled(values: &DVector<f64>) -> String {
     format!("[{}]", values.iter().map(|&value| figure(value)).collect::<Vec<_>>().join(", "))
-}
-
-/// 1st, 2nd, 3rd, 4th.
-fn ordinal(number: usize) -> String {
-    let ending = match (number % 100, number % 10) {
-        (11..=13, _) => "th",
-        (_, 1) => "st",
-        (_, 2) => "nd",
-        (_, 3) => "rd",
-        _ => "th",
-    };
-    format!("{number}{ending}")
 }

@@ -8,19 +8,26 @@
 //! |---|---|
 //! | `recursion` | a period as one step, with its rate and its exact cost for given gains |
 //! | `cheapest` | which period costs least once packets have a price |
+//! | `base` | which of them a design asks for |
+//! | `tables` | what a packet is worth if later ones follow the schedule |
 
+mod base;
 mod cheapest;
 mod recursion;
+mod tables;
 
 use super::{
     Law, LoopProblem, Outcome, Start,
     flat::{Flat, row_major},
     iterate::{Recursion, iterate},
 };
+use crate::design::DeviceScalar;
 use nalgebra::DMatrix;
 use recursion::{Periodic, Workspaces};
 
+pub use base::{NotScheduled, Scheduled, scheduled};
 pub use cheapest::{LONGEST_PERIOD, ScheduleCost, Schedules};
+pub use tables::ScheduledTrigger;
 
 /// A packet in every p-th cycle.
 #[derive(Debug, Clone)]
@@ -70,6 +77,19 @@ impl Schedule {
             values,
             start,
         })
+    }
+
+    /// Mean-square rate per cycle with the law's numbers rounded to `scalar`, as they are emitted; `r` is exact.
+    pub fn emitted_rate(&self, scalar: DeviceScalar) -> f64 {
+        if scalar == DeviceScalar::F64 {
+            return self.mean_square_rate;
+        }
+        let law = self.start.coordinates.express_law(&self.law.rounded_to(scalar));
+        let flat = Flat::new(&self.start.problem);
+        let mut workspaces = Workspaces::new(&self.start.problem, &flat.dimensions);
+        let mut recursion = Periodic::new(&flat, &mut workspaces, self.period);
+        recursion.set_gains(&law.by_rows());
+        recursion.rate().powf((self.period as f64).recip())
     }
 
     /// `P` with `ahead` cycles to go to the next packet, `0..p`, `nx x nx`: the cost-to-go of the state when nothing is in flight.

@@ -68,6 +68,11 @@ impl<'p> Periodic<'p> {
         }
     }
 
+    /// Sets the gains of the cycles that send, `[Lx M]` by rows.
+    pub(super) fn set_gains(&mut self, gains: &[f64]) {
+        self.sending.set_gains(gains);
+    }
+
     /// Begins with a cost of the state.
     pub(super) fn begin(&mut self, cost: &DMatrix<f64>) {
         self.sending.restart(cost.as_slice());

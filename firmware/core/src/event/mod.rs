@@ -5,6 +5,13 @@
 //! packets were sent enters only through what is in flight; there is no table over the history of decisions.
 //!
 //! The tables come from [`crate::synthesis::Synthesis::fill_trigger`]; what is in flight is [`crate::in_flight`]'s.
+//!
+//! | file | what lives there |
+//! |---|---|
+//! | `schedule` | the same where later packets go out in every p-th cycle; only with the feature `schedule` |
+
+#[cfg(feature = "schedule")]
+mod schedule;
 
 use crate::{
     Scalar,
@@ -14,6 +21,9 @@ use crate::{
     played::{DefaultInput, Played},
 };
 use nalgebra::SVector;
+
+#[cfg(feature = "schedule")]
+pub use schedule::{ScheduleTables, phase_len};
 
 /// What sending is worth, as tables; symmetric matrices by rows of their upper triangle.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -91,14 +101,30 @@ pub const fn packed_index(size: usize, row: usize, column: usize) -> usize {
 ///     displaced: &[],
 ///     played: Played::nothing(),
 /// };
-/// assert_eq!(trigger.benefit(&law, &in_flight, &candidate, &mut []), 18.0);
+/// assert_eq!(trigger.benefit(&law, &in_flight, &candidate, &mut [], &mut []), 18.0);
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Trigger<'a, T, const NX: usize, const NU: usize> {
     length: usize,
     default_input: DefaultInput,
     send_cost: NonNegative<T>,
-    tables: Tables<'a, T>,
+    later: Later<'a, T>,
+}
+
+/// What is done in later cycles, with the tables for it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Later<'a, T> {
+    /// A packet is sent in each.
+    Always(Tables<'a, T>),
+    /// In every p-th.
+    #[cfg(feature = "schedule")]
+    Scheduled(ScheduleTables<'a, T>),
+    /// The same, and a packet is sent in every p-th cycle whatever it is worth.
+    #[cfg(feature = "schedule")]
+    Fixed {
+        /// `p`, at least 1.
+        period: usize,
+    },
 }
 
 /// Why tables are not a trigger.
@@ -158,7 +184,61 @@ impl<'a, T: Copy, const NX: usize, const NU: usize> Trigger<'a, T, NX, NU> {
         {
             return Err(InvalidTrigger::TableLength);
         }
-        Ok(Self { length, default_input, send_cost, tables })
+        Ok(Self { length, default_input, send_cost, later: Later::Always(tables) })
+    }
+
+    /// A trigger that takes later packets to be sent in every p-th cycle; the law must be the one that is optimal for that.
+    ///
+    /// # Errors
+    /// Says what about the tables is wrong.
+    #[cfg(feature = "schedule")]
+    pub const fn check_schedule(
+        length: usize,
+        default_input: DefaultInput,
+        send_cost: NonNegative<T>,
+        tables: ScheduleTables<'a, T>,
+    ) -> Result<Self, InvalidTrigger> {
+        if !tables.fit(length, default_input, NX, NU) {
+            return Err(InvalidTrigger::TableLength);
+        }
+        Ok(Self { length, default_input, send_cost, later: Later::Scheduled(tables) })
+    }
+
+    /// No trigger at all: packets go out in the cycles whose number is a multiple of `period`, at least 1, whatever they are worth.
+    /// The law must be the one that is optimal for that.
+    ///
+    /// What a time-triggered bus has slots for. Cycles are counted modulo 2^32; once they begin anew, one interval is shorter
+    /// unless `period` is a power of two.
+    #[cfg(feature = "schedule")]
+    pub const fn fixed(
+        length: usize,
+        default_input: DefaultInput,
+        send_cost: NonNegative<T>,
+        period: usize,
+    ) -> Self {
+        Self {
+            length,
+            default_input,
+            send_cost,
+            later: Later::Fixed { period: if period == 0 { 1 } else { period } },
+        }
+    }
+
+    /// The same from constant tables.
+    ///
+    /// # Panics
+    /// On tables that it refuses. Meant for constants, where that is a compile error.
+    #[cfg(feature = "schedule")]
+    pub const fn scheduled(
+        length: usize,
+        default_input: DefaultInput,
+        send_cost: NonNegative<T>,
+        tables: ScheduleTables<'a, T>,
+    ) -> Self {
+        match Self::check_schedule(length, default_input, send_cost, tables) {
+            Ok(trigger) => trigger,
+            Err(error) => panic!("{}", error.message()),
+        }
     }
 
     /// A trigger from constant tables; arguments as those of [`Trigger::check`].
@@ -199,9 +279,48 @@ impl<T: Scalar, const NX: usize, const NU: usize> Trigger<'_, T, NX, NU> {
         self.length
     }
 
-    /// What it is made of.
-    pub(crate) const fn tables(&self) -> &Tables<'_, T> {
-        &self.tables
+    /// What it is made of: three tables.
+    pub(crate) const fn tables(&self) -> [&[T]; 3] {
+        match &self.later {
+            Later::Always(tables) => {
+                [tables.state.numbers(), tables.in_flight.numbers(), tables.sequence.numbers()]
+            }
+            #[cfg(feature = "schedule")]
+            Later::Scheduled(tables) => {
+                [tables.phases.numbers(), tables.in_flight.numbers(), tables.decided.numbers()]
+            }
+            #[cfg(feature = "schedule")]
+            Later::Fixed { .. } => [&[], &[], &[]],
+        }
+    }
+
+    /// Cycles from one later packet to the next.
+    pub const fn period(&self) -> usize {
+        match &self.later {
+            Later::Always(_) => 1,
+            #[cfg(feature = "schedule")]
+            Later::Scheduled(tables) => tables.period,
+            #[cfg(feature = "schedule")]
+            Later::Fixed { period } => *period,
+        }
+    }
+
+    /// Whether it knows what the inputs in flight are worth towards a reference.
+    pub(crate) const fn follows_reference(&self) -> bool {
+        matches!(self.later, Later::Always(_))
+    }
+
+    /// Numbers to work in that [`Trigger::benefit`] takes.
+    pub const fn numbers_len(&self) -> usize {
+        match &self.later {
+            Later::Always(_) => 0,
+            #[cfg(feature = "schedule")]
+            Later::Scheduled(tables) => {
+                schedule::numbers_len(self.default_input.in_flight(self.length) * NU, tables.period)
+            }
+            #[cfg(feature = "schedule")]
+            Later::Fixed { .. } => 0,
+        }
     }
 
     /// The cost of one packet, in units of the stage cost.
@@ -223,7 +342,11 @@ impl<T: Scalar, const NX: usize, const NU: usize> Trigger<'_, T, NX, NU> {
 
     /// Expected cost, over all time to come, that sending `candidate` saves against not sending in this cycle: thesis
     /// Lemma 5.1 with its sign turned and its misprints mended. `gains`, for sequences of the same length and the same
-    /// default input, tell how likely what is in flight still arrives; `room` has room for `n_v` inputs to work with.
+    /// default input, tell how likely what is in flight still arrives; `room` has room for `n_v` inputs to work with, `numbers` for
+    /// [`Trigger::numbers_len`].
+    ///
+    /// Where later packets go out in every p-th cycle, it may be better to wait for `s` cycles and to send in every p-th from then on.
+    /// Then it is the price of a packet up to which none of that is better. THEORY 15.
     ///
     /// It may be below zero: a packet that arrives late can part inputs in flight that were made for each other.
     pub fn benefit(
@@ -232,19 +355,30 @@ impl<T: Scalar, const NX: usize, const NU: usize> Trigger<'_, T, NX, NU> {
         in_flight: &InFlight<'_, T, NU>,
         candidate: &Candidate<'_, T, NX, NU>,
         room: &mut [SVector<T, NU>],
+        numbers: &mut [T],
     ) -> T {
+        let tables = match &self.later {
+            Later::Always(tables) => tables,
+            #[cfg(feature = "schedule")]
+            Later::Scheduled(tables) => return tables.benefit(gains, in_flight, candidate, room, numbers),
+            // Nothing is weighed.
+            #[cfg(feature = "schedule")]
+            Later::Fixed { .. } => return T::nearest(f64::INFINITY),
+        };
+        // Sending always takes none.
+        let _ = numbers;
         let Candidate { posterior_mean, expected, inputs, displaced, played } = *candidate;
         let columns = self.default_input.in_flight(self.length) * NU;
         let mut twice = T::zero();
         for (row, state) in posterior_mean.iter().enumerate() {
-            let weights = &self.tables.state.numbers()[row * columns..(row + 1) * columns];
+            let weights = &tables.state.numbers()[row * columns..(row + 1) * columns];
             twice += *state * dot(weights, expected.iter().flat_map(|input| input.iter()));
         }
         for (worth, input) in displaced.iter().zip(expected) {
             twice -= dot(worth.as_slice(), input.iter());
         }
-        let mut benefit = (twice + twice) + quadratic(self.tables.sequence.numbers(), inputs);
-        let mut tables = self.tables.in_flight.numbers();
+        let mut benefit = (twice + twice) + quadratic(tables.sequence.numbers(), inputs);
+        let mut tables = tables.in_flight.numbers();
         for told in 0..expected.len() {
             let (table, rest) = tables.split_at(TableLengths::packed((expected.len() - told) * NU));
             tables = rest;
@@ -253,6 +387,17 @@ impl<T: Scalar, const NX: usize, const NU: usize> Trigger<'_, T, NX, NU> {
             });
         }
         benefit
+    }
+
+    /// Cycles between packets that go by the clock alone.
+    pub(crate) const fn fixed_period(&self) -> Option<usize> {
+        match &self.later {
+            Later::Always(_) => None,
+            #[cfg(feature = "schedule")]
+            Later::Scheduled(_) => None,
+            #[cfg(feature = "schedule")]
+            Later::Fixed { period } => Some(*period),
+        }
     }
 
     /// Whether something worth `benefit` is sent. What cannot be judged is sent.
