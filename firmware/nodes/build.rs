@@ -106,6 +106,12 @@ fn write_keys(design: &Design, path: &Path) {
         "{}: the estimator is \"linear\", as there are no acknowledgements: build with the feature `linear`",
         path.display()
     );
+    assert!(
+        !design.event.is_some_and(|event| event.may_pause())
+            || env::var_os("CARGO_FEATURE_SCHEDULE").is_some(),
+        "{}: [event] takes packets to be sent more rarely than always: build with the feature `schedule`",
+        path.display()
+    );
     let is_sealed = design.authentication == Authentication::Cmac;
     let (found, is_built) = (variable("SLQG_KEYS"), env::var_os("CARGO_FEATURE_AUTHENTICATION").is_some());
     if is_built != is_sealed || found.is_some() != is_sealed {

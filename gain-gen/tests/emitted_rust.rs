@@ -42,12 +42,13 @@ mod rope {
 const DRAWS: usize = 1000;
 
 /// Design file and committed source.
-fn paths() -> [(PathBuf, PathBuf); 6] {
+fn paths() -> [(PathBuf, PathBuf); 7] {
     let here = Path::new(env!("CARGO_MANIFEST_DIR"));
     let pendulum = "../designs/pendulum.toml";
-    let of_tests = ["crane", "lift", "hoist", "winch", "rope"].map(|name| format!("tests/data/{name}.toml"));
-    let [crane, lift, hoist, winch, rope] = of_tests.each_ref().map(String::as_str);
-    [pendulum, crane, lift, hoist, winch, rope].map(|design| {
+    let of_tests =
+        ["crane", "lift", "hoist", "winch", "rope", "ferry"].map(|name| format!("tests/data/{name}.toml"));
+    let [crane, lift, hoist, winch, rope, ferry] = of_tests.each_ref().map(String::as_str);
+    [pendulum, crane, lift, hoist, winch, rope, ferry].map(|design| {
         let design = here.join(design);
         let source = here.join("tests/generated").join(design.file_name().unwrap()).with_extension("rs");
         (design, source)

@@ -95,6 +95,12 @@ pub(crate) fn build(workspace: &Workspace, options: &Options) -> Result<Built> {
         if text.lines().any(is_silent) {
             command.args(["--features", "linear"]);
         }
+        if text
+            .lines()
+            .any(|line| line.trim_start().starts_with("base =") || line.trim_start().starts_with("rule ="))
+        {
+            command.args(["--features", "schedule"]);
+        }
     }
     if let Some(slices) = options.slices {
         command.env("SLQG_SLICES", slices.to_string());

@@ -162,7 +162,7 @@ impl<'m, T: Scalar, const NX: usize, const NU: usize, const NY: usize> Controlle
     pub(super) fn is_worth_sending(&mut self, law: &Law<'_, T, NX, NU>) -> bool {
         let Some(trigger) = &self.design.trigger else { return true };
         if let Some(period) = trigger.fixed_period() {
-            return self.in_flight.proposed().tick.0 as usize % period == 0;
+            return (self.in_flight.proposed().tick.0 as usize).is_multiple_of(period);
         }
         let candidate = Candidate {
             posterior_mean: self.filter.posterior_mean(),

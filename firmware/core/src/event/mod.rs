@@ -357,16 +357,27 @@ impl<T: Scalar, const NX: usize, const NU: usize> Trigger<'_, T, NX, NU> {
         room: &mut [SVector<T, NU>],
         numbers: &mut [T],
     ) -> T {
-        let tables = match &self.later {
-            Later::Always(tables) => tables,
+        // Sending always takes no numbers to work in.
+        let _ = &numbers;
+        match &self.later {
+            Later::Always(tables) => self.benefit_before_all(tables, gains, in_flight, candidate, room),
             #[cfg(feature = "schedule")]
-            Later::Scheduled(tables) => return tables.benefit(gains, in_flight, candidate, room, numbers),
+            Later::Scheduled(tables) => tables.benefit(gains, in_flight, candidate, room, numbers),
             // Nothing is weighed.
             #[cfg(feature = "schedule")]
-            Later::Fixed { .. } => return T::nearest(f64::INFINITY),
-        };
-        // Sending always takes none.
-        let _ = numbers;
+            Later::Fixed { .. } => T::nearest(f64::INFINITY),
+        }
+    }
+
+    /// The same where every later packet is sent.
+    fn benefit_before_all(
+        &self,
+        tables: &Tables<'_, T>,
+        gains: &Gains<'_, T, NX, NU>,
+        in_flight: &InFlight<'_, T, NU>,
+        candidate: &Candidate<'_, T, NX, NU>,
+        room: &mut [SVector<T, NU>],
+    ) -> T {
         let Candidate { posterior_mean, expected, inputs, displaced, played } = *candidate;
         let columns = self.default_input.in_flight(self.length) * NU;
         let mut twice = T::zero();
