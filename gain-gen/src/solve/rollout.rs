@@ -78,7 +78,7 @@ impl Rollout {
         recursion.cost_to_go.clone_from(&self.scheduled[ahead]);
         for ahead in (0..length).rev() {
             let is_sent = |age: usize| match ahead.checked_sub(age) {
-                Some(cycle) => cycle >= wait && (cycle - wait) % period == 0,
+                Some(cycle) => cycle >= wait && (cycle - wait).is_multiple_of(period),
                 None => was_sent.get(age - ahead - 1).copied().unwrap_or(true),
             };
             recursion.chain.transitions = transitions(problem, is_sent);
@@ -121,7 +121,7 @@ fn settle_schedule(problem: &LoopProblem, period: usize, accuracy: f64) -> Optio
     for _ in 0..MOST {
         let (mut costs, mut gains) = (Vec::new(), Vec::new());
         for ahead in 0..period {
-            recursion.chain.transitions = transitions(problem, |age| (age + ahead) % period == 0);
+            recursion.chain.transitions = transitions(problem, |age| (age + ahead).is_multiple_of(period));
             recursion.step();
             if ahead == 0 {
                 gains.clone_from(&recursion.gains);
