@@ -20,7 +20,7 @@ pub struct Event {
 pub enum Base {
     /// In every cycle so many apart; at least 1.
     Every(usize),
-    /// As the cheapest schedule has them.
+    /// As the cheapest schedule has them, or for a trigger one that is a little shorter.
     Auto,
 }
 

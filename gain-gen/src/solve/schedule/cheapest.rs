@@ -39,6 +39,13 @@ pub struct Schedules {
 }
 
 impl Schedules {
+    /// The shortest period whose schedule costs at most `tolerance` times more than the cheapest.
+    pub fn shortest_within(&self, tolerance: f64) -> usize {
+        let most = (1.0 + tolerance) * self.cheapest_cost().total();
+        let found = self.costs.iter().find(|cost| cost.total() <= most);
+        found.map_or(self.cheapest.period, |cost| cost.period)
+    }
+
     /// What the cheapest costs.
     ///
     /// # Panics
