@@ -2,7 +2,9 @@
 
 use super::DesignError;
 use super::document::Section;
-use crate::solve::LONGEST_PERIOD;
+
+/// Most cycles between packets of a schedule.
+pub const LONGEST_PERIOD: usize = 64;
 
 /// What a packet costs, for a controller that decides in every cycle whether to send one.
 #[derive(Debug, Clone, Copy, PartialEq)]

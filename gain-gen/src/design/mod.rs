@@ -37,7 +37,7 @@ pub use controller::{ControllerSettings, DeviceScalar, LONGEST_SEQUENCE};
 pub use cost::Cost;
 pub use error::DesignError;
 pub use estimator::NotLinear;
-pub use event::{Base, Event, Rule};
+pub use event::{Base, Event, LONGEST_PERIOD, Rule};
 pub use length_choice::{LengthChoice, LongSequences};
 pub use network::{Acknowledgement, Network};
 pub use places::Places;

@@ -92,8 +92,7 @@ pub(crate) use modes::{Mode, modes};
 pub(crate) use radius::rough_radius;
 pub use rollout::{Rollout, ScheduleReference, Situation};
 pub use schedule::{
-    LONGEST_PERIOD, NotScheduled, Schedule, ScheduleCost, Scheduled, ScheduledTrigger, Schedules, schedule,
-    scheduled,
+    NotScheduled, Schedule, ScheduleCost, Scheduled, ScheduledTrigger, Schedules, schedule, scheduled,
 };
 pub(crate) use spectral::spectral_radius;
 pub use tracking::{

@@ -2,10 +2,8 @@
 
 use super::super::{LoopProblem, Start};
 use super::Schedule;
+use crate::design::LONGEST_PERIOD;
 use nalgebra::DMatrix;
-
-/// Longest period that is looked at.
-pub const LONGEST_PERIOD: usize = 64;
 
 /// What a schedule costs per cycle in the long run.
 #[derive(Debug, Clone, Copy, PartialEq)]

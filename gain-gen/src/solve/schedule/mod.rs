@@ -26,7 +26,7 @@ use nalgebra::DMatrix;
 use recursion::{Periodic, Workspaces};
 
 pub use base::{NotScheduled, Scheduled, scheduled};
-pub use cheapest::{LONGEST_PERIOD, ScheduleCost, Schedules};
+pub use cheapest::{ScheduleCost, Schedules};
 pub use tables::ScheduledTrigger;
 
 /// A packet in every p-th cycle.
