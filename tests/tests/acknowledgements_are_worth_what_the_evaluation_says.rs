@@ -1,6 +1,7 @@
 //! What acknowledgements are worth: the double integrator on both networks, from instant ones to none.
 
 use gain_gen::design::{Acknowledgement, DelayDistribution, Design, Link};
+use gain_gen::solve::{LoopProblem, Method, solve};
 use host_sim::{
     contender::{Contender, Kind},
     monte_carlo::{Outcome, Plan, Simulate},
@@ -176,6 +177,33 @@ fn acknowledgements_that_repair_losses_are_worth_more_than_plain_ones() {
     assert_shown(&lines);
 }
 
+/// The same loop with the gains that are optimal where every age is known.
+fn with_gains_for_known_ages(design: &Design, contender: &Contender) -> Contender {
+    let law = solve(&LoopProblem::of(design), Method::InFlight).law;
+    Contender { laws: vec![law], ..contender.clone() }
+}
+
+#[test]
+fn gains_that_know_of_lost_acknowledgements_cost_less_and_have_lighter_tails() {
+    let mut lines = Vec::new();
+    for (name, text) in [("good", GOOD), ("bad", BAD)] {
+        let [_, lost @ .., _] = qualities(&design(text, 4));
+        for (spelled, quality) in lost {
+            let mut design = design(text, 4);
+            design.network.acknowledgement = quality;
+            let contender = Contender::new(Kind::Slqg, &design, PLAN.steps).expect("a stabilised loop");
+            let before = simulated(&design, &with_gains_for_known_ages(&design, &contender));
+            let now = simulated(&design, &contender);
+            for (gains, outcome) in [("known ages", &before), ("the mixture", &now)] {
+                lines.push(format!("{name} {spelled}, {gains} {}", spelled_costs(outcome)));
+            }
+            assert!(now.summary.mean_cost < before.summary.mean_cost, "{name} {spelled}");
+            assert!(now.summary.p95_cost < before.summary.p95_cost, "{name} {spelled}");
+        }
+    }
+    assert_shown(&lines);
+}
+
 #[test]
 fn estimators_side_by_side_without_acknowledgements() {
     let mut lines = Vec::new();
@@ -183,7 +211,14 @@ fn estimators_side_by_side_without_acknowledgements() {
         let design = design(text, 4);
         let mut tails = Vec::new();
         for merging in [Merging::Linear, Merging::Single, Merging::Imm, Merging::Gpb2] {
-            let outcome = outcome(&design, &Acknowledgement::None, 8, Some(merging));
+            let mut design = design.clone();
+            design.network.acknowledgement = Acknowledgement::None;
+            design.controller.estimator = Some(merging);
+            let mut contender = Contender::new(Kind::Slqg, &design, PLAN.steps).expect("a stabilised loop");
+            if merging != Merging::Linear {
+                contender = with_gains_for_known_ages(&design, &contender);
+            }
+            let outcome = simulated(&design, &contender);
             lines.push(format!("{name} {} {}", merging.name(), spelled_costs(&outcome)));
             tails.push(outcome.summary.p95_cost.expect("finite"));
         }

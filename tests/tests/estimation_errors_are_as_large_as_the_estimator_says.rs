@@ -65,13 +65,13 @@ fn with_every_age_acknowledged_they_are() {
 }
 
 #[test]
-fn without_acknowledgements_they_are_larger_by_half_at_most() {
+fn without_acknowledgements_they_are_within_a_twentieth() {
     for (name, text) in [("good", GOOD), ("bad", BAD)] {
         for (spelled, merging) in
             [("single", Merging::Single), ("imm", Merging::Imm), ("gpb2", Merging::Gpb2)]
         {
             let (found, error) = normalised(text, &Acknowledgement::None, merging);
-            assert!((0.9 * STATES..1.5 * STATES).contains(&found), "{name} {spelled}: {found} +- {error}");
+            assert!((0.95 * STATES..1.05 * STATES).contains(&found), "{name} {spelled}: {found} +- {error}");
             assert_shown(&format!("{name} none, {spelled}"), (found, error));
         }
     }

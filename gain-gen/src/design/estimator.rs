@@ -32,15 +32,23 @@ impl Design {
     /// Nothing if the linear estimator goes with the design, otherwise what does not.
     ///
     /// # Errors
-    /// Acknowledgements come, a reference is followed, packets have a price, inputs have rates, or no device runs the filter.
+    /// Acknowledgements come, or as [`Design::check_uncertain`].
     pub fn check_linear(&self) -> Result<(), NotLinear> {
-        let not = |beside, advice| Err(NotLinear { beside, advice });
         if self.network.acknowledgement != Acknowledgement::None {
-            return not(
-                "acknowledgements",
-                "it takes no notice of them: give network.acknowledgement = \"none\", or choose \"single\"",
-            );
+            let beside = "acknowledgements";
+            let advice =
+                "it takes no notice of them: give network.acknowledgement = \"none\", or choose \"single\"";
+            return Err(NotLinear { beside, advice });
         }
+        self.check_uncertain()
+    }
+
+    /// Nothing if the gains may know that inputs are uncertain, otherwise what needs those for known ages.
+    ///
+    /// # Errors
+    /// A reference is followed, packets have a price, inputs have rates, or no device runs the filter.
+    pub fn check_uncertain(&self) -> Result<(), NotLinear> {
+        let not = |beside, advice| Err(NotLinear { beside, advice });
         if self.tracking.is_some() {
             return not("[tracking]", "its feedforward is for a law that knows the age: choose \"single\"");
         }

@@ -15,6 +15,8 @@ pub struct Emission<'r> {
     pub law: &'r Law,
     /// What it is for a loop without acknowledgements; `None` for others.
     pub unacknowledged: Option<&'r Unacknowledged>,
+    /// Whether the law is a mixture for acknowledgements that come late or are lost: [`crate::solve::Solution::for_acknowledgements`].
+    pub is_mixed: bool,
     /// What a reference adds to it; `None` if the design follows none, or with a task.
     pub preview: Option<&'r PreviewGains>,
     /// The schedule that packets follow, or are taken to follow later; `None` if they are taken to be sent in every cycle, or with a task.
@@ -25,11 +27,11 @@ pub struct Emission<'r> {
     pub task: Option<TaskGains<'r>>,
     /// What is shown of the loop's stability.
     pub standing: Standing,
-    /// Factor by which second moments change per cycle, with the state known.
+    /// Factor by which second moments change per cycle, with the state and every age known; without acknowledgements of the whole loop.
     pub mean_square_rate: f64,
     /// Cycles in which they fall to 1/e; `None` if they do not fall.
     pub time_constant: Option<f64>,
-    /// Long-run cost per cycle, with the state known.
+    /// Long-run cost per cycle, likewise; of a mixed law that of the best one for known ages, which is no higher.
     pub control_cost: f64,
     /// What JSON tells beside them.
     pub figures: &'r dyn Figures,
@@ -50,6 +52,15 @@ impl Emission<'_> {
         match self.unacknowledged {
             Some(found) => found.filter_noise(plant),
             None => plant.process_noise.clone(),
+        }
+    }
+
+    /// Under which conditions a generated file's rate and cost are those of the loop, and of which gains the cost is.
+    pub(super) fn conditions(&self) -> (&'static str, &'static str) {
+        match (self.unacknowledged.is_some(), self.is_mixed) {
+            (true, _) => ("In the loop with its filter", ""),
+            (false, true) => ("With the state and every age known", " with gains made for that"),
+            (false, false) => ("With the state known", ""),
         }
     }
 

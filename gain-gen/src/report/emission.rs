@@ -48,6 +48,7 @@ impl Report {
             design: &self.design,
             law: if goes_on { self.law() } else { &self.solution.law },
             unacknowledged,
+            is_mixed: goes_on && self.solution.unknown_weight > 0.0,
             preview: self.preview.as_ref().and_then(|gains| gains.as_ref().ok()).filter(|_| goes_on),
             scheduled: self.scheduled.as_ref().filter(|_| goes_on),
             trigger: self.trigger.as_ref().filter(|_| goes_on),

@@ -108,7 +108,7 @@ impl Report {
     pub fn new(design: &Design, method: Method) -> Self {
         let problem = LoopProblem::of(design);
         let start = Start::of(&problem);
-        let solution = start.solve(method);
+        let solution = start.solve(method).for_acknowledgements(design, &problem);
         let n_min = stability::shortest_admissible_length(&problem);
         let n_crit = critical_length(&problem, &start, &solution);
         let needs_more = method == Method::Coupled && (design.tracking.is_some() || design.event.is_some());

@@ -140,6 +140,7 @@ pub(super) fn solve(start: &Start) -> Solution {
         value: None,
         slowest: None,
         start: start.clone(),
+        unknown_weight: 0.0,
     }
 }
 

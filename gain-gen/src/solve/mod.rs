@@ -12,6 +12,7 @@
 //! | `finite_horizon` | time-varying gains for a task that ends |
 //! | `tracking` | what a reference adds: preview gains, set points, the feedforward of a task |
 //! | `trigger` | what sending a packet is worth, as tables |
+//! | `seldom_acknowledged` | the law where acknowledgements come late or are lost |
 //! | `unacknowledged` | the law for a loop without acknowledgements, and its exact cost |
 //! | `schedule` | a packet in every p-th cycle, and which p costs least |
 //! | `rollout` | the same worth from the thesis' matrices for one history of decisions: the reference |
@@ -59,6 +60,7 @@ mod radius;
 mod refined;
 mod rollout;
 mod schedule;
+mod seldom_acknowledged;
 mod spectral;
 mod sums;
 mod tracking;
@@ -149,6 +151,8 @@ pub struct Solution {
     start: Start,
     /// `P`, `nx x nx`.
     pub cost_to_go: DMatrix<f64>,
+    /// Weight in the law of the one that knows no age, 0 to 1: [`Solution::for_acknowledgements`].
+    pub unknown_weight: f64,
 }
 
 impl Solution {

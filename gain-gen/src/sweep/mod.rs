@@ -102,7 +102,7 @@ impl Sweep {
 }
 
 fn figures(design: &Design, problem: &LoopProblem, sight: Sight) -> LengthFigures {
-    let solution = solve(problem, Method::InFlight);
+    let solution = solve(problem, Method::InFlight).for_acknowledgements(design, problem);
     let unacknowledged = if_linear(design, problem, &solution);
     let found = unacknowledged.as_ref();
     let emitted_rate = emitted_rate(design, problem, &solution, found);

@@ -46,7 +46,10 @@ impl Contender {
             }
             _ => {}
         }
-        let solution = solve(&problem, Method::InFlight);
+        let mut solution = solve(&problem, Method::InFlight);
+        if self.kind == Kind::Slqg {
+            solution = solution.for_acknowledgements(design, &problem);
+        }
         if !solution.is_stabilising() {
             return Err(self.unstable());
         }

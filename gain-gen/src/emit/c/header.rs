@@ -62,7 +62,7 @@ fn c_scalar(scalar: DeviceScalar) -> &'static str {
 /// What is computed, with shapes, units, rate and cost.
 fn law(emission: &Emission<'_>) -> String {
     let (law, plant) = (emission.law, &emission.design.plant);
-    let scalar = emission.design.controller.scalar;
+    let (scalar, conditions) = (emission.design.controller.scalar, emission.conditions());
     let decay = emission.time_constant.map_or("none".into(), |steps| {
         format!("{} cycles ({} s)", figure(steps), figure(steps * plant.sample_time))
     });
@@ -86,8 +86,8 @@ fn law(emission: &Emission<'_>) -> String {
  *
  * Tables take {numbers}, {bytes} bytes.
  *
- * With the state known, second moments shrink by the factor {rate} per cycle of {time} s,
- * time constant {decay}; the long-run cost is {cost} per cycle.
+ * {known}, second moments shrink by the factor {rate} per cycle of {time} s,
+ * time constant {decay}; the long-run cost is {cost} per cycle{of}.
  *
 ",
         scalar = scalar.name(),
@@ -105,6 +105,8 @@ fn law(emission: &Emission<'_>) -> String {
         rate = figure(emission.mean_square_rate),
         time = figure(plant.sample_time),
         cost = figure(emission.control_cost),
+        known = conditions.0,
+        of = conditions.1,
     )
 }
 

@@ -150,6 +150,7 @@ fn gains(emission: &Emission<'_>) -> Result<String, EmitError> {
     let decay = emission.time_constant.map_or("none".into(), |steps| {
         format!("{} cycles ({} s)", figure(steps), figure(steps * emission.design.plant.sample_time))
     });
+    let (known, of) = emission.conditions();
     // A constant that comes out near pi is not a misspelled pi.
     Ok(format!(
         "\
@@ -157,8 +158,8 @@ fn gains(emission: &Emission<'_>) -> Result<String, EmitError> {
 ///
 /// `Lx` is {rows} x {states}, `M` {rows} x {expected}, both by rows; `r` has {arrivals}.
 ///
-/// {known} second moments shrink by the factor {rate} per cycle,
-/// time constant {decay}; the long-run cost is {cost} per cycle.
+/// {known}, second moments shrink by the factor {rate} per cycle,
+/// time constant {decay}; the long-run cost is {cost} per cycle{of}.
 #[rustfmt::skip]
 #[allow(clippy::approx_constant)]
 pub static GAINS: slqg::gains::Gains<'static, Scalar, STATES, INPUTS> =
@@ -178,11 +179,6 @@ pub static GAINS: slqg::gains::Gains<'static, Scalar, STATES, INPUTS> =
         arrivals = counted(law.arrival.len(), "number"),
         rate = figure(emission.mean_square_rate),
         cost = figure(emission.control_cost),
-        known = if emission.unacknowledged.is_some() {
-            "In the loop with its filter,"
-        } else {
-            "With the state known,"
-        },
         default = default_input(emission),
         lx = Table { name: "Lx", scalar }.rows(&law.lx, 16)?,
         m = Table { name: "M", scalar }.rows(&law.m, 16)?,

@@ -82,7 +82,7 @@ impl Display for FailedCondition {
                 }
                 f.write_str(
                     ": the theorems are about a filter that knows what was applied; of one that has to guess it, \
-                     nothing shows that its second moments stay bounded. Gains, rate and costs are those of the loop \
+                     nothing shows that its second moments stay bounded. Rate and costs are those of the loop \
                      with instant acknowledgements; host-sim run shows the loop as it is",
                 )
             }

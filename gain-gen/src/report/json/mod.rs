@@ -94,6 +94,9 @@ pub(crate) struct Document<'r> {
     /// Only without acknowledgements, by the linear estimator.
     #[serde(skip_serializing_if = "Option::is_none")]
     unacknowledged: Option<UnacknowledgedFigures>,
+    /// Only where acknowledgements come late or are lost and the gains know it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    unknown_weight: Option<f64>,
 }
 
 /// [`AppliedInput`]; null: no bounds are known.
@@ -222,6 +225,7 @@ impl<'r> Document<'r> {
             warnings: report.warnings.iter().map(Warning::within_file).collect(),
             wire: Wire::of(report),
             unacknowledged: report.unacknowledged.as_ref().map(UnacknowledgedFigures::of),
+            unknown_weight: Some(solution.unknown_weight).filter(|weight| *weight > 0.0),
         }
     }
 }

@@ -203,6 +203,15 @@ impl Report {
         if network.acknowledgement == Acknowledgement::Instant || self.unacknowledged.is_some() {
             return Ok(());
         }
+        let weight = self.solution.unknown_weight;
+        if weight > 0.0 {
+            let (unknown, known) = (percent(weight), percent(1.0 - weight));
+            line(
+                f,
+                "gains",
+                format!("{unknown} those for no acknowledgement, {known} those for instant ones"),
+            )?;
+        }
         line(
             f,
             "",

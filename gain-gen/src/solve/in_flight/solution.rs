@@ -138,5 +138,6 @@ fn solution(
         start: start.clone(),
         law,
         cost_to_go,
+        unknown_weight: 0.0,
     }
 }

@@ -105,13 +105,7 @@ pub fn unacknowledged(
     let settings = &design.controller;
     let mut data = data(design, problem, coordinates);
     let is_exact = data.hears >= 1.0;
-    let mut first = settle(&data, None, certain);
-    if first.is_none() && !is_exact {
-        // What measurements that come together are late by is more than what these are: so is what is asked of the law.
-        data.hears = 1.0;
-        first = settle(&data, None, certain);
-    }
-    let first = first?;
+    let first = nearly_best(&mut data)?;
     let rate_of = |settled: &Settled| Jump::new(&data, &settled.gain).rate(&settled.law);
     let first_rate = rate_of(&first);
     if first_rate >= 1.0 {
@@ -146,6 +140,26 @@ pub fn unacknowledged(
     })
 }
 
+/// A law close to the best for a loop without acknowledgements, starting from the one with instant ones; `None` as [`unacknowledged`].
+/// It depends on nothing but the problem, where laws of least cost are many.
+pub(super) fn law_for_none(design: &Design, problem: &LoopProblem, acknowledged: &Solution) -> Option<Law> {
+    let coordinates = &acknowledged.start.coordinates;
+    let mut data = data(design, problem, coordinates);
+    let found = nearly_best(&mut data)?;
+    Some(coordinates.restore_law(&apart(&found.law, problem, &acknowledged.law.arrival)))
+}
+
+/// The solution of the Riccati equation, with the filter that goes with it.
+fn nearly_best(data: &mut LoopData) -> Option<Settled> {
+    let found = settle(data, None, certain);
+    if found.is_some() || data.hears >= 1.0 {
+        return found;
+    }
+    // What measurements that come together are late by is more than what these are: so is what is asked of the law.
+    data.hears = 1.0;
+    settle(data, None, certain)
+}
+
 fn data(design: &Design, problem: &LoopProblem, coordinates: &Coordinates) -> LoopData {
     let (plant, buffer) = (&design.plant, design.controller.measurement_buffer);
     LoopData {
@@ -153,7 +167,7 @@ fn data(design: &Design, problem: &LoopProblem, coordinates: &Coordinates) -> Lo
         c: coordinates.express_output(&plant.c),
         process_noise: coordinates.express_covariance(&plant.process_noise),
         measurement_noise: plant.measurement_noise.clone(),
-        hears: hears(&design.network.sensor_to_controller.delays, buffer),
+        hears: share_known(&design.network.sensor_to_controller.delays, buffer),
     }
 }
 
@@ -239,9 +253,9 @@ fn filter_gain(data: &LoopData, covariance: &DMatrix<f64>) -> DMatrix<f64> {
     )
 }
 
-/// Probability that the newest measurement is known, if it and all before come together, with the mean age that the newest one
-/// known has over `link`.
-fn hears(link: &DelayDistribution, buffer: usize) -> f64 {
+/// Probability that the newest of what is sent over `link` is known, if it and all before come together, with the mean age that the
+/// newest one known has over it. What is later than `buffer` cycles does not count.
+pub(super) fn share_known(link: &DelayDistribution, buffer: usize) -> f64 {
     let last = link.largest_delay().min(buffer);
     let mut none_newer = 1.0;
     let mut age = 0.0;
