@@ -134,6 +134,12 @@ impl<'d> Jump<'d> {
         }
     }
 
+    /// The same loop with cycles each of which counts `factor` times as much as the one before.
+    pub(super) fn discounted(mut self, factor: f64) -> Self {
+        self.heard.iter_mut().for_each(|heard| heard.probability *= factor);
+        self
+    }
+
     /// States of the loop.
     pub(super) fn size(&self) -> usize {
         self.early.nrows()

@@ -9,10 +9,12 @@
 //! | `steady` | its steady state and exact cost |
 //! | `descent` | the law that makes the cost least |
 //! | `certainty` | a law that is nearly the best, to begin with |
+//! | `homotopy` | a law that stabilises, where that one does not |
 
 mod certainty;
 mod closed;
 mod descent;
+mod homotopy;
 mod jump;
 mod loop_data;
 mod sent;
@@ -22,6 +24,7 @@ use super::{Coordinates, Law, LoopProblem, Method, Solution, Start, settled_cost
 use crate::design::{DelayDistribution, Design, DeviceScalar, Plant};
 use certainty::certain;
 use descent::descend;
+use homotopy::stabilising;
 use jump::Jump;
 use loop_data::LoopData;
 use nalgebra::DMatrix;
@@ -30,14 +33,16 @@ use steady::Steady;
 
 /// Longest sequences for which a law is looked for that the design does not ask for.
 pub(crate) const LONGEST_TRIED: usize = 12;
-/// Times that law and filter are found, each for the other.
-const ROUNDS: usize = 16;
+/// Times that law and filter are found, each for the other. What is left then is a filter that is told a little less or more than it
+/// should be, in a loop whose cost is exact all the same.
+const ROUNDS: usize = 24;
 /// Change of the input's covariance between two of them that counts as none.
 const SAME: f64 = 1e-8;
 /// Part of its distance from 1 by which the rate may grow where the cost falls.
 const SLOWER: f64 = 0.1;
-/// Decrease of the logarithm of the cost, per step, that counts as none.
+/// Decrease of the logarithm of the cost, per step, that counts as none; and where a law is only to be near the best.
 const SETTLED: f64 = 1e-11;
+const NEARLY_SETTLED: f64 = 1e-5;
 
 /// The law for a loop without acknowledgements, and what is known of the loop with it.
 #[derive(Debug, Clone)]
@@ -105,19 +110,15 @@ pub fn unacknowledged(
     let settings = &design.controller;
     let mut data = data(design, problem, coordinates);
     let is_exact = data.hears >= 1.0;
-    let first = nearly_best(&mut data)?;
-    let rate_of = |settled: &Settled| Jump::new(&data, &settled.gain).rate(&settled.law);
-    let first_rate = rate_of(&first);
-    if first_rate >= 1.0 {
-        return None;
-    }
+    let first = as_heard(&mut data, |data| nearly_best(data).or_else(|| led_to(data, acknowledged)))?;
+    let first_rate = rate(&data, &first);
     // Where the descent does not come to an end, what it was to improve stays.
     let best = settle(&data, Some(&first), |jump, law| {
         let found = descend(jump, law?, None, SETTLED)?;
         (found.promised <= SETTLED).then_some((found.law, found.steady))
     });
     // What no noise of the design reaches costs nothing, and must decay all the same.
-    let best = best.map(|best| (rate_of(&best), best));
+    let best = best.map(|best| (rate(&data, &best), best));
     let best = best.filter(|(rate, _)| *rate <= first_rate + SLOWER * (1.0 - first_rate));
     let is_least = best.is_some();
     let (rate, Settled { law, steady, gain, covariance }) = best.unwrap_or((first_rate, first));
@@ -145,19 +146,43 @@ pub fn unacknowledged(
 pub(super) fn law_for_none(design: &Design, problem: &LoopProblem, acknowledged: &Solution) -> Option<Law> {
     let coordinates = &acknowledged.start.coordinates;
     let mut data = data(design, problem, coordinates);
-    let found = nearly_best(&mut data)?;
+    let found = as_heard(&mut data, nearly_best)?;
     Some(coordinates.restore_law(&apart(&found.law, problem, &acknowledged.law.arrival)))
 }
 
-/// The solution of the Riccati equation, with the filter that goes with it.
-fn nearly_best(data: &mut LoopData) -> Option<Settled> {
-    let found = settle(data, None, certain);
-    if found.is_some() || data.hears >= 1.0 {
-        return found;
+/// What is `found` for measurements as they come, and otherwise for measurements that come at once: what those that come together are late
+/// by is more than what these are, and so is what is asked of the law.
+fn as_heard(data: &mut LoopData, found: impl Fn(&LoopData) -> Option<Settled>) -> Option<Settled> {
+    let first = found(data);
+    if first.is_some() || data.hears >= 1.0 {
+        return first;
     }
-    // What measurements that come together are late by is more than what these are: so is what is asked of the law.
     data.hears = 1.0;
-    settle(data, None, certain)
+    found(data)
+}
+
+/// The solution of the Riccati equation, with the filter that goes with it.
+fn nearly_best(data: &LoopData) -> Option<Settled> {
+    settle(data, None, certain).filter(|found| rate(data, found) < 1.0)
+}
+
+/// A law that the descent leads to from the one for known ages, through loops that are discounted.
+fn led_to(data: &LoopData, acknowledged: &Solution) -> Option<Settled> {
+    let start = joined(&acknowledged.start.coordinates.express_law(&acknowledged.law));
+    let (law, covariance) = stabilising(data, start)?;
+    let gain = filter_gain(data, &covariance);
+    let steady = Jump::new(data, &gain).steady(&law, None)?;
+    let led = Settled { law, steady, gain, covariance };
+    let better = settle(data, Some(&led), |jump, law| {
+        let found = descend(jump, law?, None, NEARLY_SETTLED)?;
+        Some((found.law, found.steady))
+    });
+    Some(better.filter(|better| rate(data, better) < 1.0).unwrap_or(led))
+}
+
+/// Factor by which second moments change per cycle.
+fn rate(data: &LoopData, settled: &Settled) -> f64 {
+    Jump::new(data, &settled.gain).rate(&settled.law)
 }
 
 fn data(design: &Design, problem: &LoopProblem, coordinates: &Coordinates) -> LoopData {
@@ -198,13 +223,13 @@ fn settle(
     let mut covariance =
         start.map_or_else(|| DMatrix::zeros(inputs, inputs), |start| start.covariance.clone());
     let mut law = start.map(|start| start.law.clone());
-    for _ in 0..ROUNDS {
+    for round in 1..=ROUNDS {
         let gain = filter_gain(data, &covariance);
         let jump = Jump::new(data, &gain);
         let (found, steady) = improved(&jump, law.as_ref())?;
         let now = jump.closed(&found).input_covariance(&steady.moments);
         let is_same = (&now - &covariance).norm() <= SAME * now.norm();
-        if is_same {
+        if is_same || round == ROUNDS {
             return Some(Settled { law: found, steady, gain, covariance });
         }
         (covariance, law) = (now, Some(found));
