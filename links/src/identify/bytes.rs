@@ -54,6 +54,7 @@ pub(super) struct Place {
 }
 
 /// Writes a number.
+#[inline]
 pub(super) fn put(row: &mut Vec<u8>, number: i64) {
     // The sign comes last, so that small negative numbers are short too.
     let mut rest = (number << 1 ^ number >> 63) as u64;
@@ -65,7 +66,15 @@ pub(super) fn put(row: &mut Vec<u8>, number: i64) {
 }
 
 /// Reads what [`put`] wrote.
+#[inline]
 pub(super) fn take(row: &[u8], at: &mut usize) -> i64 {
+    // Most are small.
+    if let Some(&byte) = row.get(*at)
+        && byte < 0x80
+    {
+        *at += 1;
+        return i64::from(byte >> 1) ^ -i64::from(byte & 1);
+    }
     let (mut rest, mut shift) = (0_u64, 0);
     while let Some(&byte) = row.get(*at) {
         *at += 1;

@@ -3,7 +3,10 @@
 use super::{
     about::Skip,
     collector::End,
-    counters::{Counter, FORM, find::find},
+    counters::{
+        Counter, FORM,
+        find::{AS_THEY_ARRIVE, IN_ORDER, find},
+    },
     formats::message::{Message, Stream},
     logs::Selection,
     time::Nanoseconds,
@@ -18,6 +21,7 @@ const KINDS: std::ops::RangeInclusive<u8> = 1..=3;
 /// Streams that are looked at for the way back.
 const MOST_OTHERS: usize = 8;
 const NONE_SENT: &str = "the sender's log has none of the packets: check which log is which, --tx and --id";
+const WIDE: u64 = 1 << 16;
 const FRAME_MODULUS: u64 = 1 << 32;
 
 /// Frames with their payload, until it is decided what to do with them.
@@ -197,8 +201,11 @@ pub(super) fn choose(
     });
     let received = if has_two_clocks { early.payloads(End::Receiver) } else { BTreeMap::new() };
     for (&stream, _) in others.take(MOST_OTHERS) {
-        // Which end is the sender's is not known: there the numbers are in order.
-        let found = [&sent, &received].into_iter().find_map(|end| counter_of(end, stream));
+        // Which end is its sender's is not known.
+        let found = [&sent, &received].into_iter().find_map(|end| {
+            // By a narrow one packets are paired only where the clocks agree.
+            counter_of(end, stream, AS_THEY_ARRIVE).filter(|counter| counter.modulus >= WIDE)
+        });
         counters.extend(found.map(|counter| (stream, counter)));
     }
     Ok(Choice::Counters(counters))
@@ -211,8 +218,8 @@ fn is_wanted(stream: Stream, selection: &Selection<'_>) -> bool {
     }
 }
 
-fn counter_of(payloads: &BTreeMap<Stream, Vec<&[u8]>>, stream: Stream) -> Option<Counter> {
-    find(payloads.get(&stream)?.iter().copied())
+fn counter_of(payloads: &BTreeMap<Stream, Vec<&[u8]>>, stream: Stream, small_steps: f64) -> Option<Counter> {
+    find(payloads.get(&stream)?.iter().copied(), small_steps)
 }
 
 /// The one stream whose payloads have a counter, with it.
@@ -237,7 +244,7 @@ fn counter(
         return Ok((*stream, given));
     }
     let with_counter = |streams: &[Stream]| -> Vec<(Stream, Counter)> {
-        let found = streams.iter().map(|stream| (*stream, counter_of(payloads, *stream)));
+        let found = streams.iter().map(|stream| (*stream, counter_of(payloads, *stream, IN_ORDER)));
         found.filter_map(|(stream, counter)| Some((stream, counter?))).collect()
     };
     let mut found = with_counter(&at_both);

@@ -107,10 +107,13 @@ impl Figures {
             restarts: about.restarts,
         };
         let mut loss = Share::new(sample.lost, packets);
+        // (1 - p)^n = 0.05
+        let mut unseen_below = 1.0 - 0.05_f64.powf(1.0 / packets as f64);
         if let Some(told) = about.clock {
             for by in [-told.margin, told.margin] {
                 let offset = clock.offset + by;
-                widen(&mut delay_shares, &mut loss, &Sample::new(traces, &Clock { offset, ..*clock })?);
+                let other = Sample::new(traces, &Clock { offset, ..*clock })?;
+                unseen_below = unseen_below.max(widen(&mut delay_shares, &mut loss, &other));
             }
         }
         let mut figures = Self {
@@ -124,8 +127,7 @@ impl Figures {
             packets,
             delays: delay_shares,
             loss,
-            // (1 - p)^n = 0.05
-            unseen_below: 1.0 - 0.05_f64.powf(1.0 / packets as f64),
+            unseen_below,
             mean_delay: distribution.mean_delay(),
             independence_of_losses: losses(&sample),
             bursts: bursts(&sample),
@@ -144,18 +146,17 @@ impl Figures {
     }
 }
 
-/// Lets the intervals hold those of a sample by another offset of the clocks.
-fn widen(delays: &mut Vec<Share>, loss: &mut Share, other: &Sample) {
+/// Lets the intervals hold those of a sample by another offset of the clocks. What it has of delays that were not seen is less than
+/// what comes back, with 95 %.
+fn widen(delays: &mut [Share], loss: &mut Share, other: &Sample) -> f64 {
     let packets = other.packets();
-    let counts = |delay: usize| other.counts.get(delay).copied().unwrap_or(0);
+    let (seen, unseen) = other.counts.split_at(delays.len().min(other.counts.len()));
     for (delay, share) in delays.iter_mut().enumerate() {
-        share.hold(&Share::new(counts(delay), packets));
-    }
-    // Delays that only another offset has were not seen, but may be there.
-    for delay in delays.len()..other.counts.len() {
-        let mut share = Share::new(0, packets);
-        share.hold(&Share::new(counts(delay), packets));
-        delays.push(share);
+        share.hold(&Share::new(seen.get(delay).copied().unwrap_or(0), packets));
     }
     loss.hold(&Share::new(other.lost, packets));
+    match unseen.iter().sum() {
+        0 => 0.0,
+        unseen => Share::new(unseen, packets).high,
+    }
 }

@@ -13,6 +13,8 @@ use std::{
 
 /// Numbers in the window: no packet is overtaken by more.
 const WINDOW: u64 = 1 << 16;
+/// Arrivals that are read ahead of the window before it has to go on.
+const AHEAD: usize = 1 << 10;
 /// Stands for: not seen.
 const NEVER: Nanoseconds = i64::MIN;
 
@@ -38,6 +40,7 @@ struct Slot {
 
 struct Window {
     base: u64,
+    highest: u64,
     slots: VecDeque<Slot>,
     /// Arrivals whose numbers the window has not come to.
     ahead: BinaryHeap<Reverse<(u64, Nanoseconds)>>,
@@ -45,7 +48,8 @@ struct Window {
 }
 
 /// Joins what was seen at both ends, each in the order of time. Of several sightings of a number at one end the first counts.
-pub(super) fn join(sent: &Column, received: Column, rounds: &Rounds) -> Joined {
+/// `highest` is the largest number of the sender.
+pub(super) fn join(sent: &Column, received: Column, rounds: &Rounds, highest: u64) -> Joined {
     let mut senders = rounds.sent(sent.iter()).peekable();
     let Some(first) = senders.peek().map(|first| first.number) else {
         return Joined { strays: received.len, ..Joined::default() };
@@ -60,6 +64,7 @@ pub(super) fn join(sent: &Column, received: Column, rounds: &Rounds) -> Joined {
     });
     let mut window = Window {
         base: first - WINDOW / 4,
+        highest,
         slots: VecDeque::new(),
         ahead: BinaryHeap::new(),
         joined: Joined::default(),
@@ -91,14 +96,16 @@ impl Window {
             self.ahead.pop();
             self.arrived(Numbered { number, time }, true);
         }
-        while self.ahead.len() < WINDOW as usize {
+        while self.ahead.len() < AHEAD {
             let Some(arrival) = arrivals.next() else { return };
             self.arrived(arrival, true);
         }
     }
 
     fn arrived(&mut self, arrival: Numbered, may_wait: bool) {
-        if arrival.number >= self.base.saturating_add(WINDOW) && may_wait {
+        // What the sender never comes to need not wait.
+        let is_ahead = arrival.number >= self.base.saturating_add(WINDOW) && arrival.number <= self.highest;
+        if is_ahead && may_wait {
             self.ahead.push(Reverse((arrival.number, arrival.time)));
             return;
         }

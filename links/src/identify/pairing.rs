@@ -53,9 +53,11 @@ pub(super) fn pair(
         );
     }
     let rounds = Rounds::of(&main.sent, main.modulus);
-    about.restarts = rounds.check(&main.sent)?;
+    let survey = rounds.survey(&main.sent);
+    survey.check()?;
+    about.restarts = survey.jumps;
     let span = main.received.span;
-    let mut joined = join(&main.sent, main.received, &rounds);
+    let mut joined = join(&main.sent, main.received, &rounds, survey.highest);
     drop(main.sent);
     if joined.arrived == 0 {
         return Err(format!(
@@ -93,9 +95,13 @@ fn is_swapped(main: &Way) -> bool {
     let head = |column: &Column| column.iter().take(FIRST).collect::<Column>();
     let (sent, received) = (head(&main.sent), head(&main.received));
     let rounds = Rounds::of(&sent, main.modulus);
-    let joined = join(&sent, received.clone(), &rounds);
-    let turned = join(&received, sent, &rounds);
+    let joined = all(&sent, received.clone(), &rounds);
+    let turned = all(&received, sent, &rounds);
     2 * joined.early > joined.arrived || (rounds.is_narrow() && total(&turned) < total(&joined))
+}
+
+fn all(sent: &Column, received: Column, rounds: &Rounds) -> Joined {
+    join(sent, received, rounds, rounds.survey(sent).highest)
 }
 
 /// Sum of delays, of packets that arrived.
@@ -125,7 +131,7 @@ fn clock(joined: &Joined, others: Vec<Way>, selection: &Selection<'_>) -> Result
     let ways = others.into_iter().filter(|way| way.sent.len > 0 && way.received.len > 0).map(|way| {
         let (sent, received) = (way.sent.sorted(), way.received.sorted());
         let rounds = Rounds::of(&sent, way.modulus);
-        join(&sent, received, &rounds).packets
+        all(&sent, received, &rounds).packets
     });
     let ways: Vec<Packets> = ways.collect();
     two_way::relation(&joined.packets, &ways, selection.shortest_delay)

@@ -141,9 +141,9 @@ struct Overtaken {
 impl Overtaken {
     fn arrived(&mut self, received: i64) {
         // Whatever arrives after this packet and was sent before it is overtaken, once.
-        let before = self.waiting.partition_point(|&earlier| earlier <= received);
-        self.count += (self.waiting.len() - before) as u64;
-        self.waiting.truncate(before);
+        while self.waiting.pop_if(|earlier| *earlier > received).is_some() {
+            self.count += 1;
+        }
         self.waiting.push(received);
         // No packet is under way while twice that many others arrive.
         if self.waiting.len() > 2 * MOST_WAITING {

@@ -38,7 +38,7 @@ pub(super) struct Stretch {
     pub(super) offset: f64,
     /// Nanoseconds per nanosecond.
     pub(super) drift: f64,
-    /// Nanoseconds by which the offset may be wrong, whatever the delays of the two ways are.
+    /// Nanoseconds by which the line may be wrong anywhere, whatever the delays of the two ways are.
     pub(super) margin: f64,
 }
 

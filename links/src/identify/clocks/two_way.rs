@@ -13,8 +13,12 @@ const PARTS: usize = 10;
 const AGREEING: f64 = 0.8;
 /// A clock that is set more often is not one.
 const MOST_STEPS: usize = 50;
-/// Places where a step may be, looked at in one round.
-const PLACES: usize = 48;
+/// Packets that are under way while a clock is set, and others that do not show it yet, are no more than these.
+const UNCLEAR: usize = 64;
+/// Packets after a step that must fit each other.
+const AFTER: usize = 4 * UNCLEAR;
+/// A step narrows the corridor to less than this part.
+const NARROW: f64 = 0.7;
 
 /// A packet: when the sender's end saw it, and how much later the receiver's clock showed.
 #[derive(Debug, Clone, Copy)]
@@ -58,11 +62,11 @@ pub(in super::super) fn relation(
                  clock; synchronise the clocks (PTP, chrony) and log again"
             ));
         }
-        let end = stretch_end(rest);
+        let (end, next) = stretch_end(rest);
         if let Some(found) = fitted(&rest[..end]) {
             stretches.push(found);
         }
-        rest = &rest[end..];
+        rest = &rest[next..];
     }
     Ok((!stretches.is_empty()).then_some(Relation { stretches, is_one_way: false }))
 }
@@ -114,44 +118,45 @@ fn corridor(events: &[Event]) -> Option<Corridor> {
     (!forward.is_empty() && !backward.is_empty()).then(|| widest(&forward, &backward))
 }
 
-fn fits(events: &[Event]) -> bool {
-    corridor(events).is_none_or(|corridor| corridor.margin >= 0.0)
+/// Half the width of the corridor; nothing to be narrow where only one way is.
+fn width(events: &[Event]) -> f64 {
+    corridor(events).map_or(f64::INFINITY, |corridor| corridor.half)
 }
 
-/// How many events belong to the first stretch, before a clock is set.
-fn stretch_end(events: &[Event]) -> usize {
-    if fits(events) {
-        return events.len();
+/// How many events belong to the first stretch, before a clock is set, and where the next one begins.
+fn stretch_end(events: &[Event]) -> (usize, usize) {
+    if width(events) >= 0.0 {
+        return (events.len(), events.len());
     }
     // As many as fit one line, though the last of them may come after the step.
     let (mut fitting, mut wrong) = (1, events.len());
     while fitting + 1 < wrong {
         let middle = fitting + (wrong - fitting) / 2;
-        if fits(&events[..middle]) { fitting = middle } else { wrong = middle }
+        if width(&events[..middle]) >= 0.0 { fitting = middle } else { wrong = middle }
     }
-    // The step is where both sides leave the widest corridors.
-    let width = |events: &[Event]| corridor(events).map_or(0.0, |corridor| corridor.margin);
-    let score = |end: usize| width(&events[..end]).min(width(&events[end..events.len().min(2 * end)]));
-    let (mut best, mut step) = (fitting, fitting.div_ceil(PLACES));
-    loop {
-        let from = best.saturating_sub(PLACES / 2 * step * 2).max(1);
-        let places = (0..=PLACES * 2).map(|place| from + place * step).filter(|end| *end <= fitting);
-        best = places.max_by(|a, b| score(*a).total_cmp(&score(*b))).unwrap_or(best);
-        if step == 1 {
-            return best;
-        }
-        step = (step / 8).max(1);
-    }
+    let clear = fitting.saturating_sub(UNCLEAR).max(1);
+    let usual = width(&events[..clear]);
+    let end = (clear..=fitting).rev().find(|end| width(&events[..*end]) >= NARROW * usual).unwrap_or(clear);
+    // Some packets have seen one clock or the other: the next stretch begins where all agree again.
+    let after = |next: usize| width(&events[next..events.len().min(next + AFTER)]);
+    let agrees = |next: &usize| {
+        *next < events.len()
+            && after(*next) >= NARROW * usual.min(after(fitting + UNCLEAR.min(events.len() - fitting)))
+    };
+    let next = (end..=end + 2 * UNCLEAR).find(agrees).unwrap_or(fitting);
+    (end, next.max(1))
 }
 
 fn fitted(events: &[Event]) -> Option<Stretch> {
     let (first, corridor) = (events.first()?, corridor(events)?);
+    let (forward, backward) = corners(events);
+    let last = (events.last()?.at - first.at) as f64;
     Some(Stretch {
         from: first.at,
         origin: first.at,
         offset: first.later as f64 + corridor.offset,
         drift: corridor.drift,
-        margin: corridor.margin.max(0.0),
+        margin: corridor.margin(&forward, &backward, last),
     })
 }
 

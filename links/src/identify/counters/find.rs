@@ -2,8 +2,10 @@
 
 use super::{Counter, Shape};
 
-/// Of the steps, at least this part is small, and half is exactly one.
-const SMALL_STEPS: f64 = 0.95;
+/// Of a sender's steps, at least this part is small, and half is exactly one.
+pub(in super::super) const IN_ORDER: f64 = 0.95;
+/// The same of packets as they arrive: some overtake others.
+pub(in super::super) const AS_THEY_ARRIVE: f64 = 0.7;
 /// Steps up to this one may be packets that were not sent or not logged.
 const SMALL: u64 = 8;
 /// Payloads that are looked at before most places are given up.
@@ -27,22 +29,26 @@ struct Steps {
 }
 
 impl Steps {
-    fn is_counter(&self) -> bool {
-        let small = (self.all - self.wrong) as f64 >= SMALL_STEPS * self.all as f64;
+    fn is_counter(&self, small_steps: f64) -> bool {
+        let small = (self.all - self.wrong) as f64 >= small_steps * self.all as f64;
         self.all >= FEWEST && small && 2 * self.ones >= self.all
     }
 }
 
 /// The counter in payloads that are in the order sent: the widest that steps right, and among those the one with the fewest wrong steps.
-pub(in super::super) fn find<'p>(payloads: impl Iterator<Item = &'p [u8]> + Clone) -> Option<Counter> {
+/// `small_steps` is the part of the steps that must be small.
+pub(in super::super) fn find<'p>(
+    payloads: impl Iterator<Item = &'p [u8]> + Clone,
+    small_steps: f64,
+) -> Option<Counter> {
     let shortest = payloads.clone().map(<[u8]>::len).min()?;
     let places = (0..shortest).flat_map(|byte| Shape::ALL.map(|shape| Counter::new(shape, byte)));
     let found: Vec<(Counter, Steps)> = places
         .filter(|place| {
-            steps(place, payloads.clone().take(FIRST_LOOK)).is_some_and(|steps| steps.is_counter())
+            steps(place, payloads.clone().take(FIRST_LOOK)).is_some_and(|steps| steps.is_counter(small_steps))
         })
         .filter_map(|place| Some((place, steps(&place, payloads.clone())?)))
-        .filter(|(_, steps)| steps.is_counter())
+        .filter(|(_, steps)| steps.is_counter(small_steps))
         .collect();
     // The lower part of a counter is one too, and it does not show that the counter began anew. But where it wraps and the whole does not
     // carry, the whole is none.
@@ -95,7 +101,7 @@ mod tests {
 
     fn found(payload: impl Fn(u32) -> Vec<u8>) -> Option<String> {
         let payloads: Vec<Vec<u8>> = (0..600).map(payload).collect();
-        find(payloads.iter().map(Vec::as_slice)).map(|counter| counter.to_string())
+        find(payloads.iter().map(Vec::as_slice), IN_ORDER).map(|counter| counter.to_string())
     }
 
     #[test]

@@ -112,48 +112,67 @@ impl Rounds {
         highest.saturating_sub(back)
     }
 
+    /// Looks through the numbers of a sender.
+    pub(in super::super) fn survey(&self, sent: &Column) -> Survey {
+        let mut survey = Survey { packets: sent.len, ..Survey::default() };
+        let mut before: Option<(u32, Numbered)> = None;
+        let mut first = None;
+        for (raw, numbered) in sent.iter().zip(self.sent(sent.iter())) {
+            let Numbered { number, time } = numbered;
+            let begin = *first.get_or_insert(time);
+            if let Some((number, before)) = before.replace((raw.number, numbered)) {
+                survey.again += u64::from(number == raw.number);
+                survey.jumps += u64::from(self.is_narrow() && self.is_jump(before, numbered));
+            }
+            if number + BACK < survey.highest {
+                survey.back += 1;
+                survey.back_after.get_or_insert(time - begin);
+            }
+            survey.highest = survey.highest.max(number);
+        }
+        survey
+    }
+
     /// Whether a step is not what the time lets expect, by more than an eighth of a round.
     fn is_jump(&self, before: Numbered, after: Numbered) -> bool {
         let expected = (after.time - before.time) as f64 / self.period;
         (after.number as f64 - before.number as f64 - expected).abs() > (self.modulus as f64 / 8.0).max(3.0)
     }
+}
 
-    /// Refuses numbers of a sender that go back again and again: two runs in one log, or no counter. Counts jumps ahead that are against
-    /// the time: of a counter that wraps early, a restart looks like one.
-    pub(in super::super) fn check(&self, sent: &Column) -> Result<u64, String> {
-        let again = sent
-            .iter()
-            .zip(sent.iter().skip(1))
-            .filter(|(before, after)| before.number == after.number)
-            .count();
-        let (mut newest, mut back, mut jumps, mut when, mut first, mut before) =
-            (0, 0_u64, 0, None, None, None);
-        for numbered @ Numbered { number, time } in self.sent(sent.iter()) {
-            first = first.or(Some(time));
-            let jump = before.replace(numbered).is_some_and(|before| self.is_jump(before, numbered));
-            jumps += u64::from(self.is_narrow() && jump);
-            if number + BACK < newest {
-                back += 1;
-                when = when.or(Some(time));
-            }
-            newest = newest.max(number);
-        }
-        if again as u64 > FEW && again as f64 > MOST_AGAIN * sent.len as f64 {
+/// What the numbers of a sender are like.
+#[derive(Debug, Clone, Copy, Default)]
+pub(in super::super) struct Survey {
+    packets: u64,
+    /// The largest number.
+    pub(in super::super) highest: u64,
+    /// Numbers that are that of the packet before.
+    again: u64,
+    /// Numbers that go back too far, and how long after the begin the first one does.
+    back: u64,
+    back_after: Option<Nanoseconds>,
+    /// Jumps ahead that are against the time: of a counter that wraps early, a restart looks like one.
+    pub(in super::super) jumps: u64,
+}
+
+impl Survey {
+    /// Refuses numbers that go back again and again: two runs in one log, or no counter.
+    pub(in super::super) fn check(&self) -> Result<(), String> {
+        let Self { packets, again, back, .. } = *self;
+        if again > FEW && again as f64 > MOST_AGAIN * packets as f64 {
             return Err(format!(
-                "most numbers repeat: {again} of {} packets have the number of the one before; it is no counter, say where there is one, \
-                 as --counter u16le@0",
-                sent.len
+                "most numbers repeat: {again} of {packets} packets have the number of the one before; it is no counter, say where there is \
+                 one, as --counter u16le@0"
             ));
         }
-        if back as f64 <= FAR_BACK * sent.len as f64 + FEW as f64 && back * 4 <= sent.len {
-            return Ok(jumps);
+        if back as f64 <= FAR_BACK * packets as f64 + FEW as f64 && back * 4 <= packets {
+            return Ok(());
         }
-        let after = when.zip(first).map_or(0.0, |(when, first)| seconds(when - first));
         Err(format!(
-            "the sender's numbers go back and repeat, for the first time {after:.3} s after the log begins, for {back} of {} packets: \
+            "the sender's numbers go back and repeat, for the first time {:.3} s after the log begins, for {back} of {packets} packets: \
              did the sender restart, so that the log holds two runs? give one file per run; or is it no counter? then say where \
              it is, as --counter u16le@0",
-            sent.len
+            seconds(self.back_after.unwrap_or(0))
         ))
     }
 }
@@ -180,7 +199,7 @@ mod tests {
             let column = column(sent(), modulus);
             let rounds = Rounds::of(&column, modulus);
             assert!((rounds.round() - 1e7 * modulus as f64).abs() < 1.0);
-            assert_eq!(rounds.check(&column), Ok(0));
+            assert_eq!((rounds.survey(&column).check(), rounds.survey(&column).jumps), (Ok(()), 0));
             let begin = START + 200 % modulus - 200;
             for ((_, number), found) in sent().zip(rounds.sent(column.iter())) {
                 assert_eq!(found.number, begin + number, "modulo {modulus}");
@@ -195,11 +214,12 @@ mod tests {
         for modulus in [65_536, 1 << 32] {
             let column =
                 column((0..400).map(|n| (10 * n, if n < 150 { n } else { n - 150 } as u64)), modulus);
-            let problem = Rounds::of(&column, modulus).check(&column).expect_err("two runs");
+            let problem = Rounds::of(&column, modulus).survey(&column).check().expect_err("two runs");
             assert!(problem.contains("1.500 s after the log begins"), "{problem}");
         }
         // A narrow counter jumps ahead within its round then, and its packets are paired all the same.
         let column = column((0..400).map(|n| (10 * n, if n < 150 { n } else { n - 150 } as u64)), 256);
-        assert_eq!(Rounds::of(&column, 256).check(&column), Ok(1));
+        let survey = Rounds::of(&column, 256).survey(&column);
+        assert_eq!((survey.check(), survey.jumps), (Ok(()), 1));
     }
 }

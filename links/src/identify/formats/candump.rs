@@ -71,7 +71,9 @@ fn frame<'a>(text: &'a [u8], data: &'a mut [u8; MOST]) -> Option<Result<Message<
         Some([flags, digits @ ..]) if flags.is_ascii_hexdigit() => (digits, MOST),
         Some(_) => return None,
         // A classic frame may name its raw length after the data.
-        None => (payload.split(|byte| *byte == b'_').next()?, CLASSIC),
+        None => {
+            (&payload[..payload.iter().rposition(|byte| *byte == b'_').unwrap_or(payload.len())], CLASSIC)
+        }
     };
     let len = packed(digits, data).filter(|len| *len <= most)?;
     let stream = Stream::Can(can_id(number, is_extended));

@@ -216,7 +216,9 @@ fn renumbered(rows: &mut [Row], notes: &mut Vec<String>) -> Result<(), String> {
         let sighting = |row: &Row| Sighting { number: row.number as u32, time: row.sent };
         let column: Column = rows.iter().map(sighting).collect();
         let rounds = Rounds::of(&column, modulus);
-        if rounds.check(&column)? > 0 {
+        let survey = rounds.survey(&column);
+        survey.check()?;
+        if survey.jumps > 0 {
             notes.push("numbers jump against the time: the table may hold two runs".into());
         }
         notes.push(format!("numbers wrap at {modulus}: the times of sending tell how often"));

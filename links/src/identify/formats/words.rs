@@ -13,23 +13,36 @@ impl<'a> Iterator for Words<'a> {
     type Item = &'a [u8];
 
     fn next(&mut self) -> Option<&'a [u8]> {
-        let begin = self.0.iter().position(|byte| !matches!(byte, b' ' | b'\t'))?;
-        let rest = &self.0[begin..];
-        let end = rest.iter().position(|byte| matches!(byte, b' ' | b'\t')).unwrap_or(rest.len());
-        let (word, rest) = rest.split_at(end);
+        let mut rest = self.0;
+        while let [b' ' | b'\t', after @ ..] = rest {
+            rest = after;
+        }
+        let begin = rest;
+        while let [byte, after @ ..] = rest
+            && !matches!(byte, b' ' | b'\t')
+        {
+            rest = after;
+        }
         self.0 = rest;
-        Some(word)
+        let word = &begin[..begin.len() - rest.len()];
+        (!word.is_empty()).then_some(word)
     }
 }
 
-/// Value of a hexadecimal digit; above 15: none.
-fn nibble(digit: u8) -> u8 {
-    match digit {
-        b'0'..=b'9' => digit - b'0',
-        b'A'..=b'F' => digit - b'A' + 10,
-        b'a'..=b'f' => digit - b'a' + 10,
-        _ => u8::MAX,
+/// Values of hexadecimal digits; above 15: none.
+const NIBBLES: [u8; 256] = {
+    let mut values = [u8::MAX; 256];
+    let mut digit = 0;
+    while digit < 16 {
+        values[b"0123456789abcdef"[digit] as usize] = digit as u8;
+        values[b"0123456789ABCDEF"[digit] as usize] = digit as u8;
+        digit += 1;
     }
+    values
+};
+
+fn nibble(digit: u8) -> u8 {
+    NIBBLES[usize::from(digit)]
 }
 
 /// A hexadecimal number of at most 32 bits.
