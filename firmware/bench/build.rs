@@ -34,8 +34,23 @@ fn main() {
             compile.accept_undecided_stability().run();
         }
     }
+    compile_over_schedule();
     if env::var("CARGO_CFG_TARGET_OS").as_deref() == Ok("none") {
         link_for_board();
+    }
+}
+
+/// The event-triggered pendulum whose trigger takes later packets to follow a schedule.
+fn compile_over_schedule() {
+    let design = PathBuf::from(env::var_os("CARGO_MANIFEST_DIR").expect("cargo sets CARGO_MANIFEST_DIR"))
+        .join("../../designs/pendulum_event.toml");
+    println!("cargo:rerun-if-changed={}", design.display());
+    let out =
+        PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets OUT_DIR")).join("pendulum_schedule.toml");
+    let text = fs::read_to_string(&design).unwrap_or_else(|error| panic!("{}: {error}", design.display()));
+    fs::write(&out, text + "base = \"auto\"\n").expect("OUT_DIR can be written");
+    for length in [4, 8] {
+        Compile::new(&out).sequence_length(length).name(format!("pendulum_schedule_{length}")).run();
     }
 }
 

@@ -1,7 +1,7 @@
 //! Generated source of a loop whose later packets are taken to follow a schedule: it compiles to what the library finds, and a
 //! controller of it sends what is worth a packet. Packets at fixed times are sent at these times.
 
-use gain_gen::design::{Design, Rule};
+use gain_gen::design::{Base, Design, Event, Rule};
 use gain_gen::emit::{Format, emit};
 use gain_gen::report::Report;
 use gain_gen::solve::Method;
@@ -90,4 +90,23 @@ fn the_clock_alone_is_emitted_as_such() {
     let written = emit(&report.emission().unwrap(), "ferry.toml", Format::Rust).unwrap();
     assert!(written.contains("::fixed("), "{written}");
     assert!(!written.contains("phases:"), "{written}");
+}
+
+#[test]
+fn a_base_of_one_writes_what_a_trigger_without_a_base_writes() {
+    let source = |base| {
+        let mut design = design();
+        design.event.as_mut().unwrap().base = base;
+        let mut report = Report::new(&design, Method::InFlight);
+        report.accept_undecided_stability();
+        emit(&report.emission().unwrap(), "ferry.toml", Format::Rust).unwrap()
+    };
+    let mut without = design();
+    without.event = Some(Event::at(0.5));
+    let mut report = Report::new(&without, Method::InFlight);
+    report.accept_undecided_stability();
+    let written = emit(&report.emission().unwrap(), "ferry.toml", Format::Rust).unwrap();
+    assert!(source(Base::Every(1)) == written, "bit for bit");
+    assert!(!written.contains("ScheduleTables") && !written.contains("with_numbers"));
+    assert!(source(Base::Every(2)) != written);
 }

@@ -3,7 +3,7 @@
 use super::Failure;
 use clap::{Args, ValueEnum};
 use gain_gen::{
-    design::{Acknowledgement, DelayDistribution, Design, Link},
+    design::{Acknowledgement, Base, DelayDistribution, Design, LONGEST_PERIOD, Link},
     report::Report,
     solve::Method,
     warnings,
@@ -65,6 +65,12 @@ pub(super) struct Selection {
     /// What the estimator keeps apart where ages are not acknowledged, instead of the design's.
     #[arg(long, value_enum)]
     estimator: Option<EstimatorName>,
+    /// What a packet costs, instead of the design's `event.send_cost`.
+    #[arg(long, value_name = "COST", value_parser = price)]
+    send_cost: Option<f64>,
+    /// When later packets are taken to be sent, instead of the design's `event.base`: auto, or the cycles from one to the next.
+    #[arg(long, value_name = "P", value_parser = base)]
+    event_base: Option<Base>,
     /// Change of an input, as a multiple of the new one, above which `deadband` sends.
     #[arg(long, value_name = "DELTA", default_value_t = DEFAULT_DEADBAND, value_parser = deadband)]
     deadband: f64,
@@ -90,6 +96,19 @@ fn deadband(text: &str) -> Result<f64, String> {
     delta.ok_or_else(|| "give a number of 0 or more".into())
 }
 
+fn price(text: &str) -> Result<f64, String> {
+    let price = text.parse().ok().filter(|&price: &f64| price >= 0.0 && price.is_finite());
+    price.ok_or_else(|| "give a number of 0 or more".into())
+}
+
+fn base(text: &str) -> Result<Base, String> {
+    if text == "auto" {
+        return Ok(Base::Auto);
+    }
+    let period = text.parse().ok().filter(|period| (1..=LONGEST_PERIOD).contains(period));
+    period.map(Base::Every).ok_or_else(|| format!("give auto, or a number from 1 to {LONGEST_PERIOD}"))
+}
+
 fn acknowledgement(text: &str) -> Result<Acknowledgement, String> {
     match text {
         "instant" => Ok(Acknowledgement::Instant),
@@ -104,6 +123,9 @@ fn acknowledgement(text: &str) -> Result<Acknowledgement, String> {
         }
     }
 }
+
+const NO_PRICE: &str = "--send-cost, --event-base: the design has no [event] to change";
+const NO_PAUSE: &str = "--event-base: with [tracking] only 1: what a pause costs depends on the reference";
 
 const NOTHING_TO_TELL: &str = "`slqg-told` is `slqg` on a link that stays as it is; say what becomes of it, `host-sim run \
      --changes-to OTHER --at K`, or simulate `slqg`";
@@ -126,6 +148,14 @@ impl Selection {
         if design.controller.estimator == Some(Merging::Linear) {
             design.check_linear().map_err(|why| wrong(path, &format_args!("controller.estimator: {why}")))?;
         }
+        if self.send_cost.is_some() || self.event_base.is_some() {
+            let Some(event) = &mut design.event else { return Err(wrong(path, &NO_PRICE)) };
+            event.send_cost = self.send_cost.unwrap_or(event.send_cost);
+            event.base = self.event_base.unwrap_or(event.base);
+            if design.tracking.is_some() && event.may_pause() {
+                return Err(wrong(path, &NO_PAUSE));
+            }
+        }
         if let Some(cycles) = self.acknowledged_cycles {
             design.set_acknowledged_cycles(usize::from(cycles));
         }
@@ -134,7 +164,11 @@ impl Selection {
 
     /// What is changed beside the design's network.
     pub(super) fn changes(&self) -> String {
-        format!("estimator {:?}, deadband {}", self.estimator, self.deadband)
+        let plain = format!("estimator {:?}, deadband {}", self.estimator, self.deadband);
+        match (self.send_cost, self.event_base) {
+            (None, None) => plain,
+            (price, base) => format!("{plain}, send cost {price:?}, base {base:?}"),
+        }
     }
 
     /// The controller `kind` for runs of `steps` cycles of `design`, which is that at `path`, perhaps with another length;

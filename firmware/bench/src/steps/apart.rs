@@ -11,7 +11,7 @@ use slqg::{
     actuator::Actuator,
     controller::{Design, Law, Memory},
     estimator::{ModeFilter, Remembered, Surroundings},
-    event::Candidate,
+    event::{Candidate, Trigger},
     in_flight::InFlight,
     nalgebra::SVector,
     played::{Age, Played},
@@ -39,6 +39,7 @@ pub(super) struct Apart<'m, const NX: usize, const NU: usize, const NY: usize> {
     forward: &'m mut [SVector<f32, NU>],
     displaced: &'m mut [SVector<f32, NU>],
     room: &'m mut [SVector<f32, NU>],
+    numbers: &'m mut [f32],
     actuator: Actuator<'m, f32, NU>,
 }
 
@@ -52,6 +53,8 @@ impl<'m, const NX: usize, const NU: usize, const NY: usize> Apart<'m, NX, NU, NY
     ) -> Option<Self> {
         let (length, sizes) = (design.gains.length(), design.sizes());
         let Memory { cycles, estimates, ages, sent, inputs } = memory;
+        let of_trigger = design.trigger.as_ref().map_or(0, Trigger::numbers_len);
+        let (numbers, ages) = ages.split_at_mut_checked(of_trigger)?;
         let remembered = Remembered::new(cycles, ages, estimates, length, design.merging.estimates(length))?;
         let (inputs, rest) = inputs.split_at_mut_checked(sizes.sent * length)?;
         let (expected, rest) = rest.split_at_mut_checked(length)?;
@@ -68,6 +71,7 @@ impl<'m, const NX: usize, const NU: usize, const NY: usize> Apart<'m, NX, NU, NY
             forward,
             displaced,
             room,
+            numbers,
             actuator: Actuator::new(design.actuator, start, of_actuator),
         })
     }
@@ -158,7 +162,7 @@ impl<'m, const NX: usize, const NU: usize, const NY: usize> Apart<'m, NX, NU, NY
                     in_flight,
                     black_box(&candidate),
                     black_box(&mut *self.room),
-                    &mut [],
+                    black_box(&mut *self.numbers),
                 )
             });
             trigger.is_worth_sending(benefit)

@@ -50,6 +50,8 @@ pub fn each_step_cost(clock: fn() -> u32, each: &mut dyn FnMut(Cost)) {
     drive_tracking_8::run(clock, each);
     pendulum_event_4::run(clock, each);
     pendulum_event_8::run(clock, each);
+    pendulum_schedule_4::run(clock, each);
+    pendulum_schedule_8::run(clock, each);
     unacknowledged_4::run(clock, each);
     unacknowledged_8::run(clock, each);
     unacknowledged_imm_4::run(clock, each);
@@ -68,7 +70,10 @@ macro_rules! design {
                 let (reference, acknowledged) = ($reference, $acknowledged);
                 slqg::controller_memory! {
                     struct Room: Scalar, STATES, INPUTS, OUTPUTS;
-                    slqg::controller::Sizes::of(SEQUENCE_LENGTH, HISTORY, $estimates)
+                    slqg::controller::Sizes::of(SEQUENCE_LENGTH, HISTORY, $estimates).with_numbers(match &DESIGN.trigger {
+                        Some(trigger) => trigger.numbers_len(),
+                        None => 0,
+                    })
                 }
                 let (mut whole, mut apart) = (Room::new(), Room::new());
                 let (mut of_whole, mut of_apart) = (ACTUATOR_MEMORY, ACTUATOR_MEMORY);
@@ -96,6 +101,9 @@ design!(drive_tracking_4, drive_tracking_4, "drive_tracking", [5.0], Single, 1, 
 design!(drive_tracking_8, drive_tracking_8, "drive_tracking", [5.0], Single, 1, true);
 design!(pendulum_event_4, "pendulum_event");
 design!(pendulum_event_8, "pendulum_event");
+// The same with a trigger that takes later packets to follow a schedule.
+design!(pendulum_schedule_4, "pendulum_schedule");
+design!(pendulum_schedule_8, "pendulum_schedule");
 design!(unacknowledged_4, double_integrator_4, "unacknowledged", [], Single, 1, false);
 design!(unacknowledged_8, double_integrator_8, "unacknowledged", [], Single, 1, false);
 design!(unacknowledged_imm_4, double_integrator_4, "unacknowledged_imm", [], Imm, SEQUENCE_LENGTH + 1, false);

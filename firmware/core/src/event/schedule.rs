@@ -4,7 +4,7 @@
 //! these costs are quadratics in the estimate and in the inputs in flight. They share the moments of what is in flight, and those
 //! that wait share the tables of the one that sends now: `s` cycles later it sends, with less in flight.
 
-use super::{Candidate, InvalidTrigger, TableLengths, packed_index, quadratic};
+use super::{Candidate, InvalidTrigger, TableLengths, packed_index};
 use crate::{Scalar, checked::Finite, gains::Gains, gains::dot, in_flight::InFlight, played::DefaultInput};
 use nalgebra::SVector;
 
@@ -115,16 +115,20 @@ impl<T: Scalar> ScheduleTables<'_, T> {
         }
         let (moments, rest) = numbers.split_at_mut_checked(TableLengths::packed(rows))?;
         let savings = rest.get_mut(..self.period)?;
+        // Numbers one after the other, which every phase goes through.
+        let flat = moments.get_mut(..rows)?;
+        for (place, input) in flat.chunks_exact_mut(NU).zip(expected) {
+            place.copy_from_slice(input.as_slice());
+        }
         for (saving, phase) in savings.iter_mut().zip(self.phases::<NX, NU>(rows)) {
             let mut twice = T::zero();
-            for (row, state) in posterior_mean.iter().enumerate() {
-                let weights = phase.coupling.get(row * rows..(row + 1) * rows)?;
-                twice += *state * dot(weights, expected.iter().flat_map(|input| input.iter()));
+            for (state, weights) in posterior_mean.iter().zip(phase.coupling.chunks_exact(rows.max(1))) {
+                twice += *state * dot(weights, flat.iter());
             }
-            let of_state = quadratic(phase.state, core::slice::from_ref(posterior_mean));
+            let of_state = form(phase.state, posterior_mean.as_slice());
             *saving = phase.constant + of_state + (twice + twice);
         }
-        let mut now = -quadratic(decided, expected);
+        let mut now = -form(decided, flat);
         let holds = gains.default_input() == DefaultInput::Hold;
         for told in 0..count {
             let size = rows - told * NU;
@@ -278,16 +282,35 @@ impl<'m, T: Scalar> Moments<'m, T> {
 
 /// Adds `probability h h^T`.
 fn add_moments<T: Scalar, const NU: usize>(moments: &mut [T], probability: T, expected: &[SVector<T, NU>]) {
-    let (mut rest, mut row) = (moments, 0);
-    for input in expected {
-        for value in input {
-            let weighed = probability * *value;
-            let Some((own, below)) = rest.split_at_mut_checked(expected.len() * NU - row) else { return };
-            let others = expected.iter().flat_map(|input| input.iter()).skip(row);
-            own.iter_mut().zip(others).for_each(|(moment, other)| *moment += weighed * *other);
-            (rest, row) = (below, row + 1);
+    let mut rest = moments;
+    for (place, input) in expected.iter().enumerate() {
+        let later = expected.get(place + 1..).unwrap_or_default();
+        for entry in 0..NU {
+            let weighed = probability * input[entry];
+            let Some((own, below)) = rest.split_at_mut_checked(NU - entry + later.len() * NU) else { return };
+            let (beside, behind) = own.split_at_mut(NU - entry);
+            for (moment, other) in beside.iter_mut().zip(input.iter().skip(entry)) {
+                *moment += weighed * *other;
+            }
+            for (moments, other) in behind.chunks_exact_mut(NU).zip(later) {
+                moments.iter_mut().zip(other).for_each(|(moment, other)| *moment += weighed * *other);
+            }
+            rest = below;
         }
     }
+}
+
+/// `v^T W v` for the symmetric `W` whose upper triangle is `table`.
+fn form<T: Scalar>(table: &[T], vector: &[T]) -> T {
+    let (mut rest, mut sum) = (table, T::zero());
+    for (row, value) in vector.iter().enumerate() {
+        let Some((weights, below)) = rest.split_at_checked(vector.len() - row) else { break };
+        let Some((own, beside)) = weights.split_first() else { break };
+        let others = dot(beside, vector.get(row + 1..).unwrap_or_default().iter());
+        sum += *value * (*own * *value + (others + others));
+        rest = below;
+    }
+    sum
 }
 
 fn double_beside_diagonal<T: Scalar>(moments: &mut [T], size: usize) {
