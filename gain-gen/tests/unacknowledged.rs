@@ -293,6 +293,19 @@ sequence_length = 3
     assert!(found(&design).is_none());
 }
 
+#[test]
+fn a_law_for_measurements_at_once_is_told_of_with_its_rate_where_they_are_late() {
+    let text = include_str!("../../designs/critical_bad.toml").replace("\"instant\"", "\"none\"");
+    let mut design = parsed(&text);
+    design.set_sequence_length(8);
+    let report = Report::new(&design, Method::InFlight);
+    let found = report.unacknowledged.as_ref().expect("a law");
+    assert_eq!(found.hears, 1.0);
+    assert!(found.rate < 1.0 && found.late_rate.is_some_and(|rate| rate > 1.0), "{:?}", found.late_rate);
+    let told = report.failed_conditions.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n");
+    assert!(told.contains("for such no law was found") && told.contains("by the factor 1."), "{told}");
+}
+
 /// In the steady state what is expected is a plan that is kept. A law may do anything with what the plan does not hold, and costs
 /// no more; rounding would find out.
 #[test]

@@ -112,7 +112,10 @@ fn acknowledgement(
     if design.estimator() == Merging::Linear {
         return match unacknowledged {
             Some(found) if found.is_exact => None,
-            Some(found) => Some(FailedCondition::HeardLate { hears: found.hears }),
+            Some(found) => {
+                let Unacknowledged { hears, late_rate, .. } = *found;
+                Some(FailedCondition::HeardLate { hears, late_rate })
+            }
             // Of a loop that is unstable in any case that is told already.
             None if solution.is_stabilising() => Some(FailedCondition::NoLinearLaw { shortest: shortest() }),
             None => None,

@@ -82,6 +82,8 @@ pub enum FailedCondition {
     HeardLate {
         /// Probability that the newest measurement, and all before, are taken to be known.
         hears: f64,
+        /// Factor by which second moments change if they come as late in the mean as over the link, where no law was found for that.
+        late_rate: Option<f64>,
     },
     /// No law with a packet in every p-th cycle was shown to stabilise the loop.
     NotScheduled(NotScheduled),

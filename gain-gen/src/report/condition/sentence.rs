@@ -98,7 +98,14 @@ impl Display for FailedCondition {
                     ". With controller.estimator = \"single\" the law for known ages runs all the same",
                 )
             }
-            Self::HeardLate { hears } => write!(
+            Self::HeardLate { late_rate: Some(rate), .. } => write!(
+                f,
+                "network.sensor_to_controller: measurements come late or not at all, and for such no law was found: rate and cost \
+                 are those of a loop that hears of all of them at once. Of one that hears of all or none, as late in the mean \
+                 as over this link, second moments change by the factor {} per step; host-sim run shows the loop as it is",
+                figure(*rate)
+            ),
+            Self::HeardLate { hears, late_rate: None } => write!(
                 f,
                 "network.sensor_to_controller: measurements come late or not at all. Without acknowledgements rate and cost \
                  are those of a loop that in each cycle hears of all of them with probability {}, and of none otherwise: as \

@@ -31,6 +31,8 @@ pub(super) struct UnacknowledgedFigures {
     is_least: bool,
     /// Probability that the controller hears of the newest measurement, and all before.
     hears: f64,
+    /// Null where a law is found for measurements as late as they are.
+    late_rate: Option<f64>,
     /// Covariance of the input about its mean, `nu x nu`.
     input_covariance: Rows,
     /// `nx x ny`.
@@ -45,6 +47,7 @@ impl UnacknowledgedFigures {
             is_exact: found.is_exact,
             is_least: found.is_least,
             hears: found.hears,
+            late_rate: found.late_rate,
             input_covariance: rows(&found.input_covariance),
             filter_gain: rows(&found.filter_gain),
         }

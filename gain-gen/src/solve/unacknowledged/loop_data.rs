@@ -4,6 +4,7 @@ use crate::solve::LoopProblem;
 use nalgebra::DMatrix;
 
 /// Plant, noise, weights and links, without the filter.
+#[derive(Clone)]
 pub(super) struct LoopData {
     /// Plant, weights, link to the actuator, sequences.
     pub(super) problem: LoopProblem,

@@ -62,6 +62,9 @@ pub struct Unacknowledged {
     /// Probability that the controller knows the newest measurement, and all before: such that the newest one known is as old, in
     /// the mean, as over the sensor's link; 1 where no law is found for that.
     pub hears: f64,
+    /// Factor by which second moments change with measurements as late, in the mean, as over the sensor's link, where no law is found
+    /// for such.
+    pub late_rate: Option<f64>,
     /// Whether the cost and the rate are those of the loop as it runs: all measurements come at once.
     pub is_exact: bool,
     /// Whether the cost is the least that a law in `vbar` has with this filter, up to rounding; otherwise it is close to that.
@@ -109,7 +112,8 @@ pub fn unacknowledged(
     let coordinates = &acknowledged.start.coordinates;
     let settings = &design.controller;
     let mut data = data(design, problem, coordinates);
-    let is_exact = data.hears >= 1.0;
+    let as_late = data.hears;
+    let is_exact = as_late >= 1.0;
     let first = as_heard(&mut data, |data| nearly_best(data).or_else(|| led_to(data, acknowledged)))?;
     let first_rate = rate(&data, &first);
     // Where the descent does not come to an end, what it was to improve stays.
@@ -122,6 +126,10 @@ pub fn unacknowledged(
     let best = best.filter(|(rate, _)| *rate <= first_rate + SLOWER * (1.0 - first_rate));
     let is_least = best.is_some();
     let (rate, Settled { law, steady, gain, covariance }) = best.unwrap_or((first_rate, first));
+    let late_rate = (data.hears > as_late).then(|| {
+        let late = LoopData { hears: as_late, ..data.clone() };
+        Jump::new(&late, &gain).rate(&law)
+    });
     let jump = Jump::new(&data, &gain);
     let law = coordinates.restore_law(&apart(&law, problem, &acknowledged.law.arrival));
     let emitted_rate = match settings.scalar {
@@ -136,6 +144,7 @@ pub fn unacknowledged(
         rate,
         emitted_rate,
         hears: data.hears,
+        late_rate,
         is_exact,
         is_least,
     })
