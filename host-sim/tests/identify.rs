@@ -65,7 +65,17 @@ fn losses_in_bursts_are_warned_of() {
         found["warnings"]
     );
     assert!(found["bursts"]["mean"].as_f64() > found["bursts"]["mean_if_independent"].as_f64());
-    assert!(stdout(&[&path], &[]).contains("# warning: losses are not independent"));
+    let text = stdout(&[&path], &[]);
+    assert!(text.contains("# warning: losses are not independent"));
+    // The channel is a link of a design file.
+    let line =
+        text.lines().find_map(|line| line.strip_prefix("# controller_to_actuator = { gilbert_elliott"));
+    let channel = format!("controller_to_actuator = {{ gilbert_elliott{}", line.expect("a channel"));
+    let text = fs::read_to_string(design("double_integrator_bad.toml")).expect("the design");
+    let (before, rest) = text.split_once("[network]\n").expect("the network");
+    let (_, after) = rest.split_once("\n[").expect("a section after it");
+    let text = format!("{before}[network]\n{channel}\nsensor_to_controller = {{ delays = [1] }}\n[{after}");
+    Design::parse(&text, "with a channel").unwrap_or_else(|error| panic!("{error}\n{text}"));
 }
 
 #[test]

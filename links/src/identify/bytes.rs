@@ -19,6 +19,7 @@ pub(super) struct Rows {
 
 impl Rows {
     /// Where the next row goes: a row lies in one chunk.
+    #[inline]
     pub(super) fn row(&mut self) -> &mut Vec<u8> {
         if self.chunks.back().is_none_or(|chunk| chunk.len() + ROW > CHUNK) {
             self.chunks.push_back(Vec::with_capacity(CHUNK));
@@ -28,6 +29,7 @@ impl Rows {
     }
 
     /// The chunk and the place in it where a row begins, if there is one at or after `place`.
+    #[inline]
     pub(super) fn at(&self, place: &mut Place) -> Option<&[u8]> {
         let mut chunk = self.chunks.get(place.chunk)?;
         if place.byte >= chunk.len() {
@@ -88,6 +90,7 @@ pub(super) fn take(row: &[u8], at: &mut usize) -> i64 {
 }
 
 /// Writes a difference of times: most logs have whole microseconds.
+#[inline]
 pub(super) fn put_time(row: &mut Vec<u8>, nanoseconds: i64) {
     match nanoseconds % MICROSECOND {
         0 => put(row, nanoseconds / MICROSECOND * 2),
@@ -99,6 +102,7 @@ pub(super) fn put_time(row: &mut Vec<u8>, nanoseconds: i64) {
 }
 
 /// Reads what [`put_time`] wrote.
+#[inline]
 pub(super) fn take_time(row: &[u8], at: &mut usize) -> i64 {
     match take(row, at) {
         NANOSECONDS => take(row, at),

@@ -2,8 +2,9 @@
 
 use super::{
     about::{About, Skip},
-    choice::{Choice, Early, choose},
+    choice::{Choice, choose},
     column::{Column, Sighting},
+    early::Early,
     formats::message::{Direction, Message},
     logs::Selection,
     pairing::{self, Way},
@@ -104,8 +105,8 @@ impl<'s> Collector<'s> {
                     Direction::Heard => Some(End::Receiver),
                 };
             }
-            Ends::Interfaces { tx, .. } if message.interface == tx.as_bytes() => return Some(End::Sender),
-            Ends::Interfaces { rx, .. } if message.interface == rx.as_bytes() => return Some(End::Receiver),
+            Ends::Interfaces { tx, .. } if is_same(message.interface, tx) => return Some(End::Sender),
+            Ends::Interfaces { rx, .. } if is_same(message.interface, rx) => return Some(End::Receiver),
             Ends::Interfaces { .. } => {
                 self.know(message.interface);
                 return None;
@@ -221,4 +222,9 @@ impl<'s> Collector<'s> {
         trace.about = self.about;
         Ok(trace)
     }
+}
+
+/// Interfaces mostly differ at their end: can0, can1.
+fn is_same(interface: &[u8], name: &str) -> bool {
+    interface.last() == name.as_bytes().last() && interface == name.as_bytes()
 }

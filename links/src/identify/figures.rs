@@ -3,6 +3,7 @@
 use super::{
     about::{About, Skipped},
     chance::Share,
+    channel::{Channel, channel},
     clocks::Told,
     drift::{Drift, drift},
     independence::{Bursts, Correlation, Losses, bursts, delays, losses},
@@ -69,6 +70,8 @@ pub struct Figures {
     pub independence_of_losses: Option<Losses>,
     /// Runs of losses.
     pub bursts: Option<Bursts>,
+    /// The channel that losses come from, where they are not independent.
+    pub channel: Option<Channel>,
     /// Delays of neighbours against each other.
     pub correlation_of_delays: Option<Correlation>,
     /// First half against second half.
@@ -116,6 +119,7 @@ impl Figures {
                 unseen_below = unseen_below.max(widen(&mut delay_shares, &mut loss, &other));
             }
         }
+        let independence_of_losses = losses(&sample);
         let mut figures = Self {
             files,
             format: about.format,
@@ -129,8 +133,9 @@ impl Figures {
             loss,
             unseen_below,
             mean_delay: distribution.mean_delay(),
-            independence_of_losses: losses(&sample),
+            independence_of_losses,
             bursts: bursts(&sample),
+            channel: independence_of_losses.and_then(|losses| channel(&sample, &losses)),
             correlation_of_delays: delays(&sample),
             drift: drift(&sample),
             log,

@@ -1,6 +1,6 @@
 //! The figures as lines of a design file: comments, then the link. To be pasted below `[network]`.
 
-use super::{chance::readable, figures::Figures};
+use super::{chance::readable, channel::Channel, figures::Figures};
 use std::fmt::Write;
 
 const WIDTH: usize = 110;
@@ -95,7 +95,37 @@ fn write(text: &mut String, figures: &Figures, link: &str) -> std::fmt::Result {
     let probabilities: Vec<String> =
         figures.delays.iter().map(|share| format!("{:?},", share.probability)).collect();
     wrapped(text, "    ", "    ", probabilities.iter().map(String::as_str), " ");
-    writeln!(text, "] }}")
+    writeln!(text, "] }}")?;
+    match &figures.channel {
+        None => Ok(()),
+        Some(channel) => of_channel(text, channel, link),
+    }
+}
+
+/// The line that takes the bursts with it, as a comment: which of the two is used is for the reader to decide.
+fn of_channel(text: &mut String, channel: &Channel, link: &str) -> std::fmt::Result {
+    let fit = match channel.fit_p_value {
+        None => "too few losses tell whether bursts are of this kind".to_string(),
+        Some(p_value) => format!(
+            "that a loss depends on the last packet alone has p {}{}",
+            readable(p_value),
+            if p_value < 0.01 { ", so bursts are of another kind" } else { "" }
+        ),
+    };
+    let said = format!(
+        "a channel of two states is likelier than independent losses (likelihood ratio {:.1}, information criterion lower by {:.1}); {fit}. It \
+         remembers bursts; to use it, take this line instead:",
+        channel.likelihood_ratio, channel.bic_gain
+    );
+    wrapped(text, "# ", "# ", said.split(' '), " ");
+    let good: Vec<String> = channel.good.iter().map(|probability| format!("{probability:?}")).collect();
+    writeln!(
+        text,
+        "# {link} = {{ gilbert_elliott = {{ to_bad = {:?}, to_good = {:?}, good = [{}], bad = [] }} }}",
+        channel.to_bad,
+        channel.to_good,
+        good.join(", ")
+    )
 }
 
 /// Words in lines of at most [`WIDTH`] characters.

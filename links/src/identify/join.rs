@@ -38,6 +38,12 @@ struct Slot {
     received: Nanoseconds,
 }
 
+/// A packet seen at the receiver.
+struct Arrival {
+    number: u64,
+    time: Nanoseconds,
+}
+
 struct Window {
     base: u64,
     highest: u64,
@@ -54,13 +60,17 @@ pub(super) fn join(sent: &Column, received: Column, rounds: &Rounds, highest: u6
     let Some(first) = senders.peek().map(|first| first.number) else {
         return Joined { strays: received.len, ..Joined::default() };
     };
+    let middle = rounds.middle(first, highest);
     let mut newest = first;
     let mut arrivals = received.drain().map(|sighting| {
-        // The newest number that the sender had sent by then.
-        while let Some(sender) = senders.next_if(|sender| sender.time <= sighting.time) {
-            newest = newest.max(sender.number);
-        }
-        Numbered { number: rounds.received(sighting.number, newest), time: sighting.time }
+        let near = middle.unwrap_or_else(|| {
+            // The newest number that the sender had sent by then.
+            while let Some(sender) = senders.next_if(|sender| sender.time <= sighting.time) {
+                newest = newest.max(sender.number);
+            }
+            newest
+        });
+        Arrival { number: rounds.received(sighting.number, near), time: sighting.time }
     });
     let mut window = Window {
         base: first - WINDOW / 4,
@@ -79,7 +89,7 @@ pub(super) fn join(sent: &Column, received: Column, rounds: &Rounds, highest: u6
     }
     // What is left arrived within the window, or the sender never sent it.
     while let Some(Reverse((number, time))) = window.ahead.pop() {
-        window.arrived(Numbered { number, time }, false);
+        window.arrived(Arrival { number, time }, false);
     }
     arrivals.for_each(|arrival| window.arrived(arrival, false));
     window.advance(u64::MAX);
@@ -88,13 +98,13 @@ pub(super) fn join(sent: &Column, received: Column, rounds: &Rounds, highest: u6
 
 impl Window {
     /// Reads arrivals until enough are ahead of the window.
-    fn feed(&mut self, arrivals: &mut impl Iterator<Item = Numbered>) {
+    fn feed(&mut self, arrivals: &mut impl Iterator<Item = Arrival>) {
         while let Some(&Reverse((number, time))) = self.ahead.peek() {
             if number >= self.base + WINDOW {
                 break;
             }
             self.ahead.pop();
-            self.arrived(Numbered { number, time }, true);
+            self.arrived(Arrival { number, time }, true);
         }
         while self.ahead.len() < AHEAD {
             let Some(arrival) = arrivals.next() else { return };
@@ -102,7 +112,7 @@ impl Window {
         }
     }
 
-    fn arrived(&mut self, arrival: Numbered, may_wait: bool) {
+    fn arrived(&mut self, arrival: Arrival, may_wait: bool) {
         // What the sender never comes to need not wait.
         let is_ahead = arrival.number >= self.base.saturating_add(WINDOW) && arrival.number <= self.highest;
         if is_ahead && may_wait {

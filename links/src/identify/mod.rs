@@ -6,7 +6,7 @@
 //! | `source` | the bytes of a log, unpacked, and its lines |
 //! | `time` | seconds in a file to whole nanoseconds |
 //! | [`formats`] | which formats there are, and a reader for each |
-//! | `collector`, `choice` | which frames are packets of the link, at which end, and by which number they are told apart |
+//! | `collector`, `early`, `choice` | which frames are packets of the link, at which end, and by which number they are told apart |
 //! | [`counters`] | counters in payloads, and how they go on when they wrap |
 //! | `bytes`, `column`, `packets` | tens of millions of packets in a few bytes each |
 //! | `join`, `pairing` | sightings at the sender and at the receiver become packets |
@@ -15,6 +15,7 @@
 //! | [`sample`] | delays in cycles, losses, counts |
 //! | [`chance`] | normal and chi-square probabilities, Wilson intervals |
 //! | [`independence`] | whether what becomes of a packet depends on the one before |
+//! | [`channel`] | the channel that losses in bursts come from |
 //! | [`drift`] | whether the link stayed the same |
 //! | [`figures`] | all of it in one struct, with the warnings |
 //! | [`fragment`] | the figures as lines of a design file |
@@ -24,12 +25,14 @@
 pub mod about;
 mod bytes;
 pub mod chance;
+pub mod channel;
 mod choice;
 pub mod clocks;
 mod collector;
 mod column;
 pub mod counters;
 pub mod drift;
+mod early;
 pub mod figures;
 pub mod formats;
 pub mod fragment;

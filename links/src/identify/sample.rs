@@ -63,6 +63,7 @@ impl Sample {
         };
         for trace in traces {
             sample.begins.push(sample.fates.len());
+            sample.fates.reserve(trace.logged_packets() as usize);
             let mut overtaken = Overtaken::default();
             for packet in trace.packets() {
                 let arrived = packet.sent.zip(packet.received);
@@ -84,6 +85,15 @@ impl Sample {
             ))),
             false => Ok(sample),
         }
+    }
+
+    /// What became of packets that are known.
+    #[cfg(test)]
+    pub(super) fn of(fates: impl Iterator<Item = Option<usize>>) -> Self {
+        let mut sample =
+            Self { fates: Vec::new(), begins: vec![0], counts: Vec::new(), lost: 0, late: 0, reordered: 0 };
+        fates.for_each(|fate| sample.count(fate));
+        sample
     }
 
     fn count(&mut self, fate: Option<usize>) {
@@ -118,6 +128,12 @@ impl Sample {
     pub fn files(&self) -> impl Iterator<Item = std::ops::Range<usize>> + '_ {
         let ends = self.begins.iter().skip(1).copied().chain([self.fates.len()]);
         self.begins.iter().zip(ends).map(|(&begin, end)| begin..end)
+    }
+
+    /// Whether packets were lost, each with the two that were sent after it.
+    pub(super) fn triples(&self) -> impl Iterator<Item = [bool; 3]> + '_ {
+        let is_lost = |triple: &[u16]| [triple[0] == LOST, triple[1] == LOST, triple[2] == LOST];
+        self.files().flat_map(move |file| self.fates[file].windows(3).map(is_lost))
     }
 
     /// Each packet with the one sent after it.

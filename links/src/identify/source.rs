@@ -15,8 +15,10 @@ const LONGEST_LINE: usize = 1 << 20;
 /// The bytes of a log.
 pub(super) struct Source<'r> {
     input: Box<dyn Read + 'r>,
+    /// What was read and not yet taken is from `from` to `to`; what is behind it is room.
     buffer: Vec<u8>,
     from: usize,
+    to: usize,
     is_read: bool,
     lines: u64,
 }
@@ -44,8 +46,8 @@ impl<'r> Source<'r> {
     }
 
     fn of(input: Box<dyn Read + 'r>) -> io::Result<Self> {
-        let mut source = Self { input, buffer: Vec::new(), from: 0, is_read: false, lines: 0 };
-        while source.buffer.len() < HEAD && !source.is_read {
+        let mut source = Self { input, buffer: vec![0; BLOCK], from: 0, to: 0, is_read: false, lines: 0 };
+        while source.to < HEAD && !source.is_read {
             source.fill()?;
         }
         Ok(source)
@@ -53,11 +55,12 @@ impl<'r> Source<'r> {
 
     /// How the log begins.
     pub(super) fn head(&self) -> &[u8] {
-        &self.buffer[self.from..]
+        &self.buffer[self.from..self.to]
     }
 
     /// All that has not been read yet.
-    pub(super) fn into_read(self) -> impl Read + 'r {
+    pub(super) fn into_read(mut self) -> impl Read + 'r {
+        self.buffer.truncate(self.to);
         let mut head = Cursor::new(self.buffer);
         head.set_position(self.from as u64);
         head.chain(self.input)
@@ -74,10 +77,10 @@ impl<'r> Source<'r> {
     pub(super) fn line(&mut self) -> io::Result<Option<Line<'_>>> {
         let mut searched = 0;
         let end = loop {
-            if let Some(at) = memchr::memchr(b'\n', &self.buffer[self.from + searched..]) {
+            if let Some(at) = memchr::memchr(b'\n', &self.buffer[self.from + searched..self.to]) {
                 break Some(self.from + searched + at);
             }
-            searched = self.buffer.len() - self.from;
+            searched = self.to - self.from;
             if self.is_read {
                 break None;
             }
@@ -86,7 +89,7 @@ impl<'r> Source<'r> {
             }
             self.fill()?;
         };
-        let (from, to) = (self.from, end.unwrap_or(self.buffer.len()));
+        let (from, to) = (self.from, end.unwrap_or(self.to));
         if end.is_none() && from == to {
             return Ok(None);
         }
@@ -97,20 +100,21 @@ impl<'r> Source<'r> {
         Ok(Some(Line { number: self.lines, text, is_whole: end.is_some() }))
     }
 
-    /// Reads a block more.
+    /// Reads more behind what is left.
     fn fill(&mut self) -> io::Result<()> {
-        self.buffer.drain(..self.from);
-        self.from = 0;
-        let there = self.buffer.len();
-        self.buffer.resize(there + BLOCK, 0);
+        self.buffer.copy_within(self.from..self.to, 0);
+        (self.from, self.to) = (0, self.to - self.from);
+        if self.to == self.buffer.len() {
+            self.buffer.resize(2 * self.to, 0);
+        }
         let read = loop {
-            match self.input.read(&mut self.buffer[there..]) {
+            match self.input.read(&mut self.buffer[self.to..]) {
                 Err(error) if error.kind() == ErrorKind::Interrupted => {}
-                other => break other,
+                other => break other?,
             }
         };
-        self.buffer.truncate(there + *read.as_ref().unwrap_or(&0));
-        self.is_read = read? == 0;
+        self.to += read;
+        self.is_read = read == 0;
         Ok(())
     }
 }

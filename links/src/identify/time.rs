@@ -18,7 +18,28 @@ pub(super) fn parse(text: &str) -> Option<Nanoseconds> {
 
 /// As [`parse`], of bytes.
 pub(super) fn parse_bytes(text: &[u8]) -> Option<Nanoseconds> {
-    scaled(text, PER_SECOND)
+    since_1970(text).or_else(|| scaled(text, PER_SECOND))
+}
+
+/// Ten digits, a point and six, as most logs have them: tens of millions of times.
+fn since_1970(text: &[u8]) -> Option<Nanoseconds> {
+    let &[a, b, ref whole @ .., b'.', c, d, e, f, g, h] = text else { return None };
+    let below = eight([b'0', b'0', c, d, e, f, g, h])?;
+    let (high, low) = (eight([b'0', b'0', b'0', b'0', b'0', b'0', a, b])?, eight(whole.try_into().ok()?)?);
+    let time = ((high * 100_000_000 + low) as i64).checked_mul(PER_SECOND)? + below as i64 * MICROSECOND;
+    near(time)
+}
+
+/// The number that eight digits make, two and two and two together.
+fn eight(digits: [u8; 8]) -> Option<u64> {
+    let word = u64::from_le_bytes(digits);
+    let (above, below) = (word.wrapping_add(0x4646_4646_4646_4646), word.wrapping_sub(0x3030_3030_3030_3030));
+    if (above | below) & 0x8080_8080_8080_8080 != 0 {
+        return None;
+    }
+    let pairs = (below * 10 + (below >> 8)) & 0x00ff_00ff_00ff_00ff;
+    let fours = (pairs * 100 + (pairs >> 16)) & 0x0000_ffff_0000_ffff;
+    Some((fours & 0xffff) * 10_000 + (fours >> 32))
 }
 
 /// A decimal number of units of `unit` nanoseconds each.
@@ -135,6 +156,8 @@ mod tests {
     #[test]
     fn decimals_are_read_exactly() {
         assert_eq!(parse("1436509052.249713"), Some(1_436_509_052_249_713_000));
+        assert_eq!(parse("0000000000.000001"), Some(1000));
+        assert_eq!(parse("9999999999.000000"), None, "too far");
         assert_eq!(parse("-0.5"), Some(-500_000_000));
         assert_eq!(
             (parse("7"), parse(".25"), parse("3.")),
@@ -172,9 +195,22 @@ mod tests {
 
     #[test]
     fn what_is_no_time_is_refused() {
-        for wrong in
-            ["", "-", ".", "1,5", "nan", "1.2.3", "1e30", "99999999999999", "4611686019", "0x1", "+1", "1 2"]
-        {
+        for wrong in [
+            "",
+            "-",
+            ".",
+            "1,5",
+            "nan",
+            "1.2.3",
+            "1e30",
+            "99999999999999",
+            "4611686019",
+            "0x1",
+            "+1",
+            "1 2",
+            "143650905:.249713",
+            "1436509052.24971/",
+        ] {
             assert_eq!(parse(wrong), None, "{wrong}");
         }
     }

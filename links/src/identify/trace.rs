@@ -101,6 +101,11 @@ impl Trace {
         Ok(trace)
     }
 
+    /// How many packets were logged, decided or not.
+    pub(super) fn logged_packets(&self) -> u64 {
+        self.packets.len
+    }
+
     fn logged(&self) -> impl Iterator<Item = Packet> + '_ {
         let packets = self.packets.iter();
         packets.filter_map(move |(sequence, sent, received)| {

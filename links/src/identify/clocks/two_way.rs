@@ -162,8 +162,8 @@ fn fitted(events: &[Event]) -> Option<Stretch> {
 
 /// From packets of one way: the drift of the smallest delays, which are taken to be `shortest`.
 fn one_way(events: &[Event], shortest: Nanoseconds) -> Option<Stretch> {
-    let (forward, _) = corners(events);
     let (first, last) = (events.first()?, events.last()?);
+    let (forward, _) = corners(events);
     let middle = (last.at - first.at) as f64 / 2.0;
     // Of the lines below all points, the edge over the middle is the highest there.
     let edge = forward.windows(2).find(|edge| edge[1].0 >= middle)?;

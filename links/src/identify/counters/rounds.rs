@@ -23,6 +23,8 @@ const STEPS: usize = 10_000;
 /// A packet seen, with a number that goes on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(in super::super) struct Numbered {
+    /// As it was seen.
+    pub(in super::super) seen: u32,
     pub(in super::super) number: u64,
     pub(in super::super) time: Nanoseconds,
 }
@@ -81,7 +83,7 @@ impl Rounds {
             if newest.is_none_or(|(_, highest)| number >= highest) {
                 newest = Some((sighting, number));
             }
-            Numbered { number, time: sighting.time }
+            Numbered { seen: sighting.number, number, time: sighting.time }
         })
     }
 
@@ -95,6 +97,12 @@ impl Rounds {
         let expected = (after.time - before.time) as f64 / self.period;
         let rounds = ((expected - step as f64) / self.modulus as f64).round();
         step.saturating_add((rounds as i64).saturating_mul(modulus))
+    }
+
+    /// A number near all up to `highest`, if the counter does not come round meanwhile.
+    pub(in super::super) fn middle(&self, first: u64, highest: u64) -> Option<u64> {
+        let span = highest - first;
+        (span < self.modulus / 4 && !self.is_narrow()).then_some(first + span / 2)
     }
 
     /// The number of a packet that arrives: of those that fit, the newest one that the sender had sent by then; of a wide
@@ -115,13 +123,13 @@ impl Rounds {
     /// Looks through the numbers of a sender.
     pub(in super::super) fn survey(&self, sent: &Column) -> Survey {
         let mut survey = Survey { packets: sent.len, ..Survey::default() };
-        let mut before: Option<(u32, Numbered)> = None;
+        let mut before: Option<Numbered> = None;
         let mut first = None;
-        for (raw, numbered) in sent.iter().zip(self.sent(sent.iter())) {
-            let Numbered { number, time } = numbered;
+        for numbered in self.sent(sent.iter()) {
+            let Numbered { seen, number, time } = numbered;
             let begin = *first.get_or_insert(time);
-            if let Some((number, before)) = before.replace((raw.number, numbered)) {
-                survey.again += u64::from(number == raw.number);
+            if let Some(before) = before.replace(numbered) {
+                survey.again += u64::from(before.seen == seen);
                 survey.jumps += u64::from(self.is_narrow() && self.is_jump(before, numbered));
             }
             if number + BACK < survey.highest {

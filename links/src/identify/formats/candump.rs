@@ -46,16 +46,19 @@ pub(super) fn dropped(text: &[u8]) -> Option<u64> {
 
 /// The frame of a line, or why it is none of the link.
 fn frame<'a>(text: &'a [u8], data: &'a mut [u8; MOST]) -> Option<Result<Message<'a>, Skip>> {
-    let mut words = Words(text);
-    let time = time::parse_bytes(words.next()?.strip_prefix(b"(")?.strip_suffix(b")")?)?;
-    let (interface, frame) = (words.next()?, words.next()?);
-    let direction = match (words.next(), words.next()) {
-        (None, None) => None,
-        (Some(b"T"), None) => Some(Direction::Sent),
-        (Some(b"R"), None) => Some(Direction::Heard),
+    let rest = text.trim_ascii_start().strip_prefix(b"(")?;
+    // Ten digits, a point and six are the usual time.
+    let end = if rest.get(17) == Some(&b')') { 17 } else { memchr::memchr(b')', rest)? };
+    let time = time::parse_bytes(&rest[..end])?;
+    let (interface, rest) = word(rest[end + 1..].strip_prefix(b" ")?);
+    let (frame, rest) = word(rest);
+    let direction = match rest.trim_ascii() {
+        [] => None,
+        b"T" => Some(Direction::Sent),
+        b"R" => Some(Direction::Heard),
         _ => return None,
     };
-    let at = memchr::memchr(b'#', frame)?;
+    let at = frame.iter().position(|byte| *byte == b'#')?;
     let (number, is_extended) = identifier(&frame[..at])?;
     let payload = &frame[at + 1..];
     if is_extended && number & ERROR != 0 {
@@ -70,14 +73,24 @@ fn frame<'a>(text: &'a [u8], data: &'a mut [u8; MOST]) -> Option<Result<Message<
         Some([b'#', ..]) => return Some(Err(Skip::Xl)),
         Some([flags, digits @ ..]) if flags.is_ascii_hexdigit() => (digits, MOST),
         Some(_) => return None,
-        // A classic frame may name its raw length after the data.
-        None => {
-            (&payload[..payload.iter().rposition(|byte| *byte == b'_').unwrap_or(payload.len())], CLASSIC)
-        }
+        None => (payload, CLASSIC),
     };
-    let len = packed(digits, data).filter(|len| *len <= most)?;
+    let len = match packed(digits, data) {
+        Some(len) => len,
+        // A classic frame may name its raw length after the data.
+        None => packed(&digits[..digits.iter().rposition(|byte| *byte == b'_')?], data)?,
+    };
+    if len > most {
+        return None;
+    }
     let stream = Stream::Can(can_id(number, is_extended));
     Some(Ok(Message { time, interface, direction, stream, data: &data[..len] }))
+}
+
+/// The next word, and what is behind it.
+fn word(text: &[u8]) -> (&[u8], &[u8]) {
+    let text = text.trim_ascii_start();
+    text.split_at(text.iter().position(|byte| matches!(byte, b' ' | b'\t')).unwrap_or(text.len()))
 }
 
 #[cfg(test)]

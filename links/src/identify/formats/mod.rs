@@ -8,7 +8,7 @@
 //! | `candump`, `candump_view`, `asc`, `trc`, `python_can` | CAN frames as lines |
 //! | `blf` | CAN frames in Vector's binary containers |
 //! | `capture`, `packet` | pcap and pcapng, and what is in a captured packet |
-//! | `table`, `columns` | a table with a row per packet |
+//! | `table`, `columns`, `wraps` | a table with a row per packet, its columns, and its numbers |
 //! | `irtt`, `owping`, `round_trips` | tools that measure a link |
 
 pub(super) mod asc;
@@ -27,6 +27,7 @@ pub(super) mod round_trips;
 pub(super) mod table;
 pub(super) mod trc;
 mod words;
+mod wraps;
 
 use super::{about::Skip, collector::Collector, source::Source, trace::TraceError};
 use std::path::Path;
