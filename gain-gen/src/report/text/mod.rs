@@ -144,7 +144,8 @@ impl Report {
         if let Some(steps) = self.time_constant().filter(|_| self.unacknowledged.is_none()) {
             line(f, "time constant", format!("{}, of the second moments", self.steps(steps)))?;
         }
-        line(f, "long-run cost", format!("{:<12}per step, tr(P W)", figure(self.control_cost())))?;
+        let of_what = if self.scheduled.is_some() { "mean of tr(P W)" } else { "tr(P W)" };
+        line(f, "long-run cost", format!("{:<12}per step, {of_what}", figure(self.control_cost())))?;
         for (input, applied) in self.applied.iter().flatten().enumerate() {
             let what = format!("input {}", input + 1);
             let away = format!("its nearer limit is {} of that away", figure(applied.limit_distance));

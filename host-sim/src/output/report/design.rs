@@ -6,7 +6,7 @@ use crate::output::{
     columns::figure,
 };
 use gain_gen::{
-    design::{Acknowledgement, Behaviour, DelayDistribution, Design, DeviceScalar, Goal, Link},
+    design::{Acknowledgement, Behaviour, DelayDistribution, Design, DeviceScalar, Goal, Link, Rule},
     report::{Report, Verdict},
     solve::Method,
 };
@@ -104,9 +104,13 @@ fn facts(design: &Design, report: &Report) -> Vec<(&'static str, String)> {
         facts.push(("Tracking", format!("{}: {goal}", counted(tracking.outputs(), "tracked output"))));
     }
     if let Some(event) = &design.event {
+        let when = match event.rule {
+            Rule::Worth => "where it is worth that",
+            Rule::Schedule => "at fixed times",
+        };
         facts.push((
             "Event trigger",
-            format!("a control packet costs {}, and is sent where it is worth that", event.send_cost),
+            format!("a control packet costs {}, and is sent {when}", event.send_cost),
         ));
     }
     facts
