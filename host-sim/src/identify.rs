@@ -1,6 +1,7 @@
 //! Options of `host-sim identify`, and what it does.
 
 use clap::{Args, ValueEnum};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use slqg_links::identify::{
     counters::Counter,
     figures::Figures,
@@ -10,7 +11,7 @@ use slqg_links::identify::{
     sample::{Clock, LONGEST},
     trace::{Gaps, TraceError},
 };
-use std::path::PathBuf;
+use std::{fs, path::PathBuf};
 
 /// Options of the command line.
 #[derive(Debug, Args)]
@@ -191,6 +192,14 @@ fn not_negative(text: &str) -> Result<f64, String> {
     number.ok_or_else(|| "give a number of seconds, at least 0".into())
 }
 
+/// A bar on stderr, when that is a terminal, over the bytes of the logs.
+fn progress(paths: &[PathBuf]) -> ProgressBar {
+    let size = |path: &PathBuf| fs::metadata(path).map_or(0, |about| about.len());
+    let bar = ProgressBar::with_draw_target(Some(paths.iter().map(size).sum()), ProgressDrawTarget::stderr());
+    let style = ProgressStyle::with_template("{wide_bar} {bytes}/{total_bytes}, {eta} left");
+    bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+}
+
 /// Reads the logs and computes; what comes back is to be printed.
 ///
 /// # Errors
@@ -216,7 +225,10 @@ pub fn run(options: &Options) -> Result<String, TraceError> {
         is_way_back: options.way_back,
         shortest_delay: options.shortest_delay.map(|seconds| (seconds * 1e9).round() as i64),
     };
-    let traces = logs::read(&options.traces, &selection)?;
+    let bar = progress(&options.traces);
+    let traces = logs::read_and_tell(&options.traces, &selection, &|bytes| bar.inc(bytes));
+    bar.finish_and_clear();
+    let traces = traces?;
     let clock = Clock {
         sample_time: options.sample_time,
         offset: options.offset,

@@ -69,10 +69,38 @@ struct Log<'r> {
 /// # Errors
 /// A log that cannot be read, with the line where there is one.
 pub fn read(paths: &[PathBuf], selection: &Selection<'_>) -> Result<Vec<Trace>, TraceError> {
+    read_and_tell(paths, selection, &|_| ())
+}
+
+/// As [`read`], and tells how many bytes more of the files were read.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_and_tell(
+    paths: &[PathBuf],
+    selection: &Selection<'_>,
+    told: &dyn Fn(u64),
+) -> Result<Vec<Trace>, TraceError> {
     let open = |path: &'_ PathBuf| File::open(path).map_err(|error| unreadable(path, &error));
-    let logs: Result<Vec<Log<'_>>, _> =
-        paths.iter().map(|path| Ok(Log { name: path.as_path(), input: Box::new(open(path)?) })).collect();
+    let logs: Result<Vec<Log<'_>>, _> = paths
+        .iter()
+        .map(|path| Ok(Log { name: path.as_path(), input: Box::new(Counted { file: open(path)?, told }) }))
+        .collect();
     of(logs?, selection)
+}
+
+/// A file that tells how much of it is read.
+struct Counted<'t> {
+    file: File,
+    told: &'t dyn Fn(u64),
+}
+
+impl Read for Counted<'_> {
+    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+        let read = self.file.read(buffer)?;
+        (self.told)(read as u64);
+        Ok(read)
+    }
 }
 
 /// As [`read`], of logs whose bytes are there already, each with its name.
