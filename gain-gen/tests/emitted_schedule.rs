@@ -3,7 +3,7 @@
 
 use gain_gen::design::{Base, Design, Event, Rule};
 use gain_gen::emit::{Format, emit};
-use gain_gen::report::Report;
+use gain_gen::report::{Report, Verdict};
 use gain_gen::solve::Method;
 use slqg::DefaultInput;
 use slqg::Tick;
@@ -109,4 +109,18 @@ fn a_base_of_one_writes_what_a_trigger_without_a_base_writes() {
     assert!(source(Base::Every(1)) == written, "bit for bit");
     assert!(!written.contains("ScheduleTables") && !written.contains("with_numbers"));
     assert!(source(Base::Every(2)) != written);
+}
+
+#[test]
+fn packets_too_rare_to_stabilise_the_loop_are_refused_by_name() {
+    let text = include_str!("../../designs/pendulum_event.toml").to_string() + "base = 20\n";
+    let design = Design::parse(&text, "pendulum_event.toml").unwrap();
+    let mut report = Report::new(&design, Method::InFlight);
+    assert_eq!(report.verdict(), Verdict::Undecided);
+    report.accept_undecided_stability();
+    let Err(refused) = report.emission() else { panic!("there is no law to write") };
+    assert!(refused.to_string().contains("event.base: with a packet in every 20. cycle"), "{refused}");
+    let always = text.replace("base = 20", "base = 1");
+    let design = Design::parse(&always, "pendulum_event.toml").unwrap();
+    assert_eq!(Report::new(&design, Method::InFlight).verdict(), Verdict::Stable);
 }
