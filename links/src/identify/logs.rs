@@ -121,6 +121,11 @@ fn of(logs: Vec<Log<'_>>, selection: &Selection<'_>) -> Result<Vec<Trace>, Trace
             Some(format) => format,
             None => recognised(source.head()).map_err(|problem| TraceError::file(log.name, problem))?,
         };
+        let is_same = |(_, _, other): &&(&Path, Format, Source<'_>)| other.head() == source.head();
+        if let Some((other, ..)) = sources.iter().find(is_same) {
+            let problem = format!("begins as {} does, so it is the same log; give each once", other.display());
+            return Err(TraceError::file(log.name, problem));
+        }
         sources.push((log.name, format, source));
     }
     let Some(&(first, format, _)) = sources.first() else {

@@ -59,6 +59,12 @@ const CONVERT: &str = "convert it with python-can: can_logconvert IN out.log";
 /// The format of a log that begins with `head`, or why there is none to read it by.
 pub(in super::super) fn recognised(head: &[u8]) -> Result<Format, String> {
     let refused = |name: &str, advice: &str| Err(format!("found {name}; {advice}"));
+    if head.trim_ascii().is_empty() {
+        return refused("nothing", "the log is empty");
+    }
+    if head.starts_with(b"\xff\xfe") || head.starts_with(b"\xfe\xff") {
+        return refused("text in UTF-16", "save it in UTF-8 (PowerShell: Out-File -Encoding utf8)");
+    }
     if is_capture(head) {
         return Ok(Format::Pcap);
     }
@@ -231,9 +237,11 @@ mod tests {
             ("sockperf: [Total Run]", "losses cannot be seen"),
             ("  can0  123   [1]  00\n", "candump -L"),
             ("PK\u{3}\u{4}", "zip"),
+            (" \n\n", "empty"),
         ] {
             let problem = recognised(head.as_bytes()).expect_err(head);
             assert!(problem.contains(words), "{head}: {problem}");
         }
+        assert!(recognised(b"\xff\xfes\0e\0").is_err_and(|problem| problem.contains("UTF-8")));
     }
 }
