@@ -1,6 +1,6 @@
 //! A log that is given twice tells nothing that it does not tell once.
 
-use slqg_links::identify::{Selection, traces};
+use slqg_links::identify::logs::{Selection, traces};
 use std::path::PathBuf;
 
 fn table(first: usize) -> Vec<u8> {

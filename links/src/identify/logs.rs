@@ -123,7 +123,8 @@ fn of(logs: Vec<Log<'_>>, selection: &Selection<'_>) -> Result<Vec<Trace>, Trace
         };
         let is_same = |(_, _, other): &&(&Path, Format, Source<'_>)| other.head() == source.head();
         if let Some((other, ..)) = sources.iter().find(is_same) {
-            let problem = format!("begins as {} does, so it is the same log; give each once", other.display());
+            let problem =
+                format!("begins as {} does, so it is the same log; give each once", other.display());
             return Err(TraceError::file(log.name, problem));
         }
         sources.push((log.name, format, source));
