@@ -181,5 +181,6 @@ fn captures_that_were_cut_are_read_and_others_refused() {
     refused(&[&next, &good], &[], &["next.pcap: found no header of a capture"]);
     let other = written(&folder, "other.pcap", Capture { link_type: 147, ..capture }.of(&[]));
     refused(&[&other, &good], &[], &["other.pcap: found link type 147"]);
-    refused(&[&good, &good], &["--link", "acknowledgement"], &["no frame is of the kind"]);
+    let later = written(&folder, "later.pcap", capture.of(&[(1_100_000_000, 1)]));
+    refused(&[&good, &later], &["--link", "acknowledgement"], &["no frame is of the kind"]);
 }

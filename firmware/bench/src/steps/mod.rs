@@ -118,7 +118,7 @@ mod tests {
     fn steps_one_by_one_come_to_the_frames_of_the_whole_cycle_in_every_design() {
         let mut designs = 0;
         each_step_cost(|| 0, &mut |cost| designs += usize::from(cost.step == "controller-cycle"));
-        assert_eq!(designs, 14);
+        assert_eq!(designs, 16);
     }
 
     #[test]

@@ -65,7 +65,7 @@ impl<T> ScheduleTables<'_, T> {
     }
 }
 
-/// Numbers of one of the [`ScheduleTables::phases`], `rows` being `n_v nu`.
+/// Numbers of one phase of the [`ScheduleTables`], `rows` being `n_v nu`.
 pub const fn phase_len(states: usize, rows: usize, inputs: usize) -> usize {
     TableLengths::packed(states)
         .saturating_add(states.saturating_mul(rows))

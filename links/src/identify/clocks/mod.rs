@@ -2,10 +2,10 @@
 //!
 //! | room | what lives there |
 //! |---|---|
-//! | [`Relation`] | the receiver's clock as the sender's sees it |
-//! | [`envelope`] | the smallest delays of a stretch of time, as a convex hull |
-//! | [`corridor`] | the widest corridor between the delays of both ways |
-//! | [`two_way`] | offset, drift and steps from packets that go both ways |
+//! | `Relation` | the receiver's clock as the sender's sees it |
+//! | `envelope` | the smallest delays of a stretch of time, as a convex hull |
+//! | `corridor` | the widest corridor between the delays of both ways |
+//! | `two_way` | offset, drift and steps from packets that go both ways |
 
 mod corridor;
 mod envelope;

@@ -3,8 +3,8 @@
 //! | room | what lives there |
 //! |---|---|
 //! | [`Counter`] | a place in a payload, and how its number is written |
-//! | [`find`] | the counter that a log shows by itself |
-//! | [`rounds`] | numbers that wrap become numbers that do not |
+//! | `find` | the counter that a log shows by itself |
+//! | `rounds` | numbers that wrap become numbers that do not |
 
 pub(super) mod find;
 pub(super) mod rounds;

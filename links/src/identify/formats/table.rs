@@ -17,6 +17,9 @@ use std::path::Path;
 
 /// Rows by which the unit of times is told.
 const FIRST: usize = 1000;
+/// Cycles between packets of a tool that probes a link more slowly than the loop sends: least and most.
+const PROBES: (f64, f64) = (1.5, 200.0);
+
 /// A row.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Row {
@@ -149,6 +152,12 @@ fn told_unit(
             let name = unit_name(unit);
             notes.push(format!("times are taken to be in {name}, in which packets come once in a cycle; --unit says otherwise"));
             Ok(unit)
+        }
+        // Slower than the cycle, as tools that probe a link send: no other unit makes sense of that.
+        None if (PROBES.0 * sample_time..=PROBES.1 * sample_time).contains(&step) => {
+            let cycles = step / sample_time;
+            notes.push(format!("times are taken to be in seconds; then packets come once in {cycles:.1} cycles; --unit says otherwise"));
+            Ok(SECOND)
         }
         None => Err(format!(
             "packets are {step} apart, which is no cycle of {sample_time} s in seconds, milliseconds, microseconds or nanoseconds; \
