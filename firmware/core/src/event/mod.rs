@@ -8,72 +8,25 @@
 //!
 //! | file | what lives there |
 //! |---|---|
+//! | `always` | the tables, and what a packet is worth by them |
 //! | `schedule` | the same where later packets go out in every p-th cycle; only with the feature `schedule` |
 
+mod always;
 #[cfg(feature = "schedule")]
 mod schedule;
 
 use crate::{
     Scalar,
-    checked::{Finite, NonNegative},
-    gains::{Gains, dot},
+    checked::NonNegative,
+    gains::Gains,
     in_flight::InFlight,
     played::{DefaultInput, Played},
 };
 use nalgebra::SVector;
 
+pub use always::{TableLengths, Tables, packed_index};
 #[cfg(feature = "schedule")]
 pub use schedule::{ScheduleTables, phase_len};
-
-/// What sending is worth, as tables; symmetric matrices by rows of their upper triangle.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Tables<'a, T> {
-    /// `nx x (n_v nu)`, by rows: state times expected inputs in flight.
-    pub state: Finite<'a, T>,
-    /// `W_s` for `s = 0..n_v-1`, symmetric of `(n_v - s) nu` rows: the inputs in flight from cycle `k+s` on.
-    pub in_flight: Finite<'a, T>,
-    /// `Rbar`, symmetric of `N nu` rows: the sequence.
-    pub sequence: Finite<'a, T>,
-}
-
-/// Numbers in each of the [`Tables`].
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct TableLengths {
-    /// In [`Tables::state`].
-    pub state: usize,
-    /// In [`Tables::in_flight`].
-    pub in_flight: usize,
-    /// In [`Tables::sequence`].
-    pub sequence: usize,
-}
-
-impl TableLengths {
-    /// For sequences of `length` inputs to a plant of these dimensions. Saturates.
-    pub const fn of(length: usize, default_input: DefaultInput, states: usize, inputs: usize) -> Self {
-        let expected = default_input.in_flight(length);
-        let (mut in_flight, mut left) = (0_usize, expected);
-        // Dimensions that were read from somewhere may be absurd.
-        while left > 0 && inputs > 0 && in_flight < usize::MAX {
-            in_flight = in_flight.saturating_add(Self::packed(left.saturating_mul(inputs)));
-            left -= 1;
-        }
-        Self {
-            state: states.saturating_mul(expected.saturating_mul(inputs)),
-            in_flight,
-            sequence: Self::packed(length.saturating_mul(inputs)),
-        }
-    }
-
-    /// Of the upper triangle of a square of `size` rows.
-    pub const fn packed(size: usize) -> usize {
-        size.saturating_mul(size.saturating_add(1)) / 2
-    }
-}
-
-/// Where entry `(row, column)`, `row <= column`, of a symmetric matrix of `size` rows stands in its upper triangle.
-pub const fn packed_index(size: usize, row: usize, column: usize) -> usize {
-    row * size - row * (row + 1) / 2 + column
-}
 
 /// Decides whether a sequence is sent.
 ///
@@ -154,17 +107,6 @@ impl core::fmt::Display for InvalidTrigger {
 
 impl core::error::Error for InvalidTrigger {}
 
-impl<'a, T: Scalar> Tables<'a, T> {
-    /// Tables of these numbers.
-    ///
-    /// # Errors
-    /// If one is not finite. How many there must be, [`Trigger::check`] knows.
-    pub fn check(state: &'a [T], in_flight: &'a [T], sequence: &'a [T]) -> Result<Self, InvalidTrigger> {
-        let checked = |numbers| Finite::check(numbers).ok_or(InvalidTrigger::NotFinite);
-        Ok(Self { state: checked(state)?, in_flight: checked(in_flight)?, sequence: checked(sequence)? })
-    }
-}
-
 impl<'a, T: Copy, const NX: usize, const NU: usize> Trigger<'a, T, NX, NU> {
     /// A trigger for sequences of `length` inputs. The number in `send_cost` is the cost of one packet, in units of the stage
     /// cost; a packet that costs nothing is always sent.
@@ -177,11 +119,7 @@ impl<'a, T: Copy, const NX: usize, const NU: usize> Trigger<'a, T, NX, NU> {
         send_cost: NonNegative<T>,
         tables: Tables<'a, T>,
     ) -> Result<Self, InvalidTrigger> {
-        let lengths = TableLengths::of(length, default_input, NX, NU);
-        if tables.state.len() != lengths.state
-            || tables.in_flight.len() != lengths.in_flight
-            || tables.sequence.len() != lengths.sequence
-        {
+        if !tables.fit(length, default_input, NX, NU) {
             return Err(InvalidTrigger::TableLength);
         }
         Ok(Self { length, default_input, send_cost, later: Later::Always(tables) })
@@ -360,44 +298,13 @@ impl<T: Scalar, const NX: usize, const NU: usize> Trigger<'_, T, NX, NU> {
         // Sending always takes no numbers to work in.
         let _ = &numbers;
         match &self.later {
-            Later::Always(tables) => self.benefit_before_all(tables, gains, in_flight, candidate, room),
+            Later::Always(tables) => tables.benefit(gains, in_flight, candidate, room),
             #[cfg(feature = "schedule")]
             Later::Scheduled(tables) => tables.benefit(gains, in_flight, candidate, room, numbers),
             // Nothing is weighed.
             #[cfg(feature = "schedule")]
             Later::Fixed { .. } => T::nearest(f64::INFINITY),
         }
-    }
-
-    /// The same where every later packet is sent.
-    fn benefit_before_all(
-        &self,
-        tables: &Tables<'_, T>,
-        gains: &Gains<'_, T, NX, NU>,
-        in_flight: &InFlight<'_, T, NU>,
-        candidate: &Candidate<'_, T, NX, NU>,
-        room: &mut [SVector<T, NU>],
-    ) -> T {
-        let Candidate { posterior_mean, expected, inputs, displaced, played } = *candidate;
-        let columns = self.default_input.in_flight(self.length) * NU;
-        let mut twice = T::zero();
-        for (row, state) in posterior_mean.iter().enumerate() {
-            let weights = &tables.state.numbers()[row * columns..(row + 1) * columns];
-            twice += *state * dot(weights, expected.iter().flat_map(|input| input.iter()));
-        }
-        for (worth, input) in displaced.iter().zip(expected) {
-            twice -= dot(worth.as_slice(), input.iter());
-        }
-        let mut benefit = (twice + twice) + quadratic(tables.sequence.numbers(), inputs);
-        let mut tables = tables.in_flight.numbers();
-        for told in 0..expected.len() {
-            let (table, rest) = tables.split_at(TableLengths::packed((expected.len() - told) * NU));
-            tables = rest;
-            in_flight.for_each_newest(gains, &played, told, room, |probability, expected| {
-                benefit += probability * quadratic(table, &expected[told..]);
-            });
-        }
-        benefit
     }
 
     /// Cycles between packets that go by the clock alone.
@@ -417,19 +324,4 @@ impl<T: Scalar, const NX: usize, const NU: usize> Trigger<'_, T, NX, NU> {
         let saves_too_little = send_cost > T::zero() && benefit <= send_cost;
         !saves_too_little
     }
-}
-
-/// `v^T W v` for the symmetric `W` whose upper triangle is `table`.
-fn quadratic<T: Scalar, const NU: usize>(table: &[T], vector: &[SVector<T, NU>]) -> T {
-    let entries = || vector.iter().flat_map(|input| input.iter());
-    let mut rest = table;
-    let mut sum = T::zero();
-    for (row, value) in entries().enumerate() {
-        let (weights, below) = rest.split_at(vector.len() * NU - row);
-        rest = below;
-        // Entries beside the diagonal count twice.
-        let beside = dot(&weights[1..], entries().skip(row + 1));
-        sum += *value * (weights[0] * *value + (beside + beside));
-    }
-    sum
 }

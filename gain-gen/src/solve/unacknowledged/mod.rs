@@ -114,7 +114,7 @@ pub fn unacknowledged(
     let mut data = data(design, problem, coordinates);
     let as_late = data.hears;
     let is_exact = as_late >= 1.0;
-    let first = as_heard(&mut data, |data| nearly_best(data).or_else(|| led_to(data, acknowledged)))?;
+    let first = stable(&mut data, acknowledged)?;
     let first_rate = rate(&data, &first);
     // Where the descent does not come to an end, what it was to improve stays.
     let best = settle(&data, Some(&first), |jump, law| {
@@ -157,6 +157,11 @@ pub(super) fn law_for_none(design: &Design, problem: &LoopProblem, acknowledged:
     let mut data = data(design, problem, coordinates);
     let found = as_heard(&mut data, nearly_best)?;
     Some(coordinates.restore_law(&apart(&found.law, problem, &acknowledged.law.arrival)))
+}
+
+/// A law with which second moments stay bounded, close to the best where the Riccati equation has it.
+fn stable(data: &mut LoopData, acknowledged: &Solution) -> Option<Settled> {
+    as_heard(data, |data| nearly_best(data).or_else(|| led_to(data, acknowledged)))
 }
 
 /// What is `found` for measurements as they come, and otherwise for measurements that come at once: what those that come together are late
@@ -210,7 +215,10 @@ pub(crate) fn shortest_unacknowledged(design: &Design) -> Option<usize> {
     let problem = LoopProblem::of(design);
     (problem.length + 1..=LONGEST_TRIED).find(|&length| {
         let longer = problem.with_length(length);
-        unacknowledged(design, &longer, &solve(&longer, Method::InFlight)).is_some()
+        let acknowledged = solve(&longer, Method::InFlight);
+        let coordinates = &acknowledged.start.coordinates;
+        acknowledged.is_stabilising()
+            && stable(&mut data(design, &longer, coordinates), &acknowledged).is_some()
     })
 }
 
