@@ -15,6 +15,8 @@ use slqg::estimator::Merging;
 /// Power of the probability that an age is not known which is the weight of the law that knows none: by trial. With 1 the loops with
 /// few and large inputs get too cautious, with 2 those with many unknown ages too bold.
 const POWER: f64 = 1.5;
+/// Inputs in a sequence, at most: longer ones take minutes, and what their last inputs are worth is close to nothing.
+const LONGEST: usize = 24;
 /// Weight below which the mixture is not worth its name.
 const NOTHING: f64 = 1e-6;
 
@@ -22,10 +24,11 @@ impl Solution {
     /// The solution with the law for the design's acknowledgements. Its cost-to-go stays that of the optimum with instant ones.
     ///
     /// It is the same where all come in time, where the estimator is the linear one ([`super::unacknowledged`] has its law), where
-    /// the design has what needs the law for known ages ([`Design::check_uncertain`]), and where the mixture does not stabilise.
+    /// the design has what needs the law for known ages ([`Design::check_uncertain`]), for more than 24 inputs, and where the mixture does not stabilise.
     pub fn for_acknowledgements(self, design: &Design, problem: &LoopProblem) -> Self {
         let weight = weight(design);
-        let needs_none = weight <= NOTHING || design.estimator() == Merging::Linear;
+        let is_long = problem.length > LONGEST;
+        let needs_none = is_long || weight <= NOTHING || design.estimator() == Merging::Linear;
         if needs_none || design.check_uncertain().is_err() || !self.is_stabilising() {
             return self;
         }
